@@ -33,7 +33,11 @@ from hypothesis import HealthCheck, Phase, settings
 ROOT = Path(__file__).parents[2]
 EQUIVALENT = Path(__file__).with_name("equivalent_mutants.toml")
 FOLDERS = ("rkhs", "constraints", "filters", "control/problem", "metrics")
-ALSO = {"control/problem": ["control/methods"]}  # folders whose tests prove a folder's modules beside its own
+# Tests that prove a folder or a module beside those that are named after it.
+ALSO = {
+    "control/problem": ("control/methods/test_*.py",),
+    "metrics/timing": ("metrics/test_schedule.py", "metrics/test_blame.py"),
+}
 FEW, MANY = 10, 100  # examples of hypothesis a test
 PATIENCE = 5.0  # times the processor time that the tests need, after which a mutant hangs
 
@@ -190,11 +194,13 @@ class FewerExamples:
 
 
 def tests_of(path: Path) -> list[str]:
-    """The test files named after a module, else all of its folder; then those of the folders in `ALSO`."""
-    own = str(path.parent.relative_to(ROOT / "mjnav"))
-    folder, *others = [ROOT / "tests" / name for name in (own, *ALSO.get(own, []))]
-    named = sorted(folder.glob(f"test_{path.stem}*.py")) or sorted(folder.glob("test_*.py"))
-    return [str(file) for file in [*named, *(file for other in others for file in sorted(other.glob("test_*.py")))]]
+    """The test files named after a module, else all of its folder; then those in `ALSO`."""
+    own = path.parent.relative_to(ROOT / "mjnav")
+    folder = ROOT / "tests" / own
+    found = sorted(folder.glob(f"test_{path.stem}*.py")) or sorted(folder.glob("test_*.py"))
+    for key in (str(own), str(own / path.stem)):
+        found += [file for names in ALSO.get(key, ()) for file in sorted((ROOT / "tests").glob(names))]
+    return [str(file) for file in found]
 
 
 def run_tests(tests: list[str], examples: int, *options: str) -> int:

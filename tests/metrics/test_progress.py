@@ -75,6 +75,11 @@ def test_progress_is_along_the_route(trajectory_through, scenario_with):
     assert progress.failures_to_progress(trajectory_through(np.column_stack([x, np.zeros(160)])), scenario) == 0
 
 
+def test_behind_each_point_lie_the_legs_that_are_left(scenario_with):
+    scenario = scenario_with(waypoints=((3.0, 0.0), (3.0, 4.0)))
+    assert progress.legs_behind(scenario).tolist() == [4.0, 0.0]
+
+
 @pytest.mark.parametrize(
     ("route", "success", "expected"),
     [

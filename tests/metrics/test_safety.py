@@ -42,6 +42,23 @@ def test_people_and_things_are_told_apart_and_who_is_not_there_is_at_no_distance
     assert alone == safety.Clearances(None, None, None, None)
 
 
+def test_of_a_step_in_which_somebody_comes_or_goes_the_end_counts_at_which_they_are_there(
+    trajectory_through, scenario_with
+):
+    people = np.array([[np.nan, np.nan], [1.0, 1.0], [2.0, 3.0], [np.nan, np.nan]])[:, None]
+    found = safety.clearance(trajectory_through(np.zeros((4, 2)), people=people), scenario_with(num_people=1))
+    assert found["person0"] + 0.3 + 0.25 == pytest.approx(np.sqrt([2.0, 2.0, 13.0]))
+
+
+def test_the_nearest_of_all_things_counts_at_each_point(scenario_with):
+    scenario = scenario_with(
+        pillars=(Pillar((1.0, 2.0), radius=0.4), Pillar((9.0, 9.0), radius=0.1)),
+        walls=(Wall((6.0, -1.0), (6.0, 1.0), thickness=0.2), Wall((-9.0, -1.0), (-9.0, 1.0), thickness=0.2)),
+    )
+    points = np.array([[1.0, 0.0], [9.0, 7.0], [5.0, 0.0], [-7.0, 0.0]])
+    assert safety.thing_distance(points, scenario) == pytest.approx([1.6, 1.9, 0.9, 1.9])
+
+
 def test_every_step_has_its_own_clearance_from_every_body(trajectory_through, scenario_with):
     scenario = scenario_with(
         num_people=1,
@@ -148,14 +165,19 @@ def walker(sees):
     return Person((5.0, 5.0), SocialForce(((0.0, 0.0),)), sees_robot=sees)
 
 
-def hit(v, walking, *, sees, times=(0.12,), at=(1.0, 0.0)):
-    """A robot that drives along +x at v and touches a person at a place who walks so, in the second tick."""
-    rows = 4
+def hit(v, walking, *, sees, times=(0.12,), at=(1.0, 0.0), heading=0.0):
+    """A robot at (3, -7) that drives at v and touches a person who walks so, in the second tick.
+
+    Where the person is and walks to is seen from the robot, which drives along +x there.
+    """
+    rows, place = 4, np.array([3.0, -7.0])
+    ahead = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
     trajectory = make_trajectory(
-        np.zeros((rows, 2)),
-        people=np.tile(at, (rows, 1, 1)),
+        np.tile(place, (rows, 1)),
+        robot_pose=np.tile([*place, heading], (rows, 1)),
+        people=np.tile(place + at @ ahead, (rows, 1, 1)),
         robot_twist=np.tile([v, 0.0], (rows, 1)),
-        people_velocity=np.tile(walking, (rows, 1, 1)),
+        people_velocity=np.tile(walking @ ahead, (rows, 1, 1)),
         contacts=tuple(Contact("person", "person0", 0.0, time) for time in times),
     )
     return trajectory, replace(make_scenario(), people=(walker(sees),))
@@ -174,8 +196,9 @@ def hit(v, walking, *, sees, times=(0.12,), at=(1.0, 0.0)):
         (0.09, (0.0, 0.0), False, False, False),  # what noise moves a robot that stands by
     ],
 )
-def test_the_rule(v, walking, sees, moving, at_fault):
-    (touch,) = safety.touches(*hit(v, walking, sees=sees))
+@pytest.mark.parametrize("heading", [0.0, 2.0, -2.5])
+def test_the_rule(v, walking, sees, moving, at_fault, heading):
+    (touch,) = safety.touches(*hit(v, walking, sees=sees, heading=heading))
     assert (touch.moving, touch.at_fault) == (moving, at_fault)
     assert (touch.person, touch.speed) == (0, abs(v))
 

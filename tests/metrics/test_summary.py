@@ -6,10 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mjnav.errors import InvalidValue
 from mjnav.messages import Contact
-from mjnav.metrics import summarise
+from mjnav.metrics import summarise, summary
 from mjnav.scene.spec import LaneSpec, Pillar, Table, Wall
 from tests.metrics.conftest import make_scenario, make_trajectory
+
+
+def test_no_two_figures_have_one_name(monkeypatch):
+    monkeypatch.setattr(summary, "OF_RUNS", (*summary.OF_RUNS, summary.OF_RUNS[0]))
+    with pytest.raises(InvalidValue, match="a name that no other figure or group has"):
+        summary._grouped()
 
 
 def test_a_run_without_a_tick_has_a_summary():
