@@ -5,7 +5,11 @@
 (van den Berg, Guy, Lin & Manocha 2011, "Reciprocal n-Body Collision Avoidance"; u_j, n_j in
 `constraints.velocity_obstacle`, the linear programme and what is done where it has no solution in
 `constraints.half_planes`). A person takes alpha = 1/2 of the change of velocity that avoids another person, who is
-expected to take the rest; of the robot whatever share is given; and all of it, 1, of pillars, discs at rest.
+expected to take the rest; of the robot whatever share is given; and all of it, 1, of pillars, discs at rest, and of a
+robot that they take for a thing at rest.
+
+To the robot a person keeps a personal space s: its radius counts for s more, but never for more than the gap that there
+is, so that who is nearer already comes no nearer and is not thrown back.
 
 Walls and tables are convex boxes. Theirs is the half-plane against the nearest point p, with V_now = 0 as the paper
 advises for obstacles:  V . p / |p| <= max(0, |p| - r) / T. V = 0 obeys all of them, and they are hard: where people are
@@ -32,6 +36,7 @@ class OrcaSettings(NamedTuple):
     neighbour_distance: float  # [m] between centres beyond which nobody counts
     max_neighbours: int  # the nearest of them
     robot_share: float  # alpha against the robot
+    personal_space: float  # s [m] from the robot's surface
     period: float  # [s] in which those who overlap part
 
 
@@ -63,6 +68,7 @@ def velocities(
     desired: Matrix,
     max_speed: Vector,
     sees_robot: Flags,
+    at_rest: Flags,
     robot: int,
     discs: Matrix,
     boxes: Matrix,
@@ -72,8 +78,8 @@ def velocities(
 
     position, velocity (m, 2), radius (m,): bodies at NaN are not there. `walkers` (n,): their places among the bodies;
     `desired` (n, 2): V_pref, `max_speed` (n,): V_max. `robot` is the robot's place among the bodies, or -1; it is no
-    body for walkers who do not see it (`sees_robot` (n,)). `discs` (k, 3) x, y, radius; `boxes` (l, 6) as in
-    `geometry.floor.Floor`.
+    body for walkers who do not see it (`sees_robot` (n,)), and a thing at rest for those who take it so (`at_rest`
+    (n,)). `discs` (k, 3) x, y, radius; `boxes` (l, 6) as in `geometry.floor.Floor`.
     """
     num_bodies = len(position)
     cells = sort_into_cells(position, settings.neighbour_distance)
@@ -107,11 +113,14 @@ def velocities(
                 count += 1
         for k in range(_nearest_first(found, count, position, x, y, settings.max_neighbours, order, square)):
             j = order[k]
-            nx, ny, depth = leave_velocity_obstacle(
-                position[j, 0] - x, position[j, 1] - y, vx - velocity[j, 0], vy - velocity[j, 1],
-                radius[j] + r, settings.horizon, settings.period,
-            )  # fmt: skip
-            share = settings.robot_share if j == robot else AMONG_PEOPLE
+            px, py, reach, share = position[j, 0] - x, position[j, 1] - y, radius[j] + r, AMONG_PEOPLE
+            qx, qy = vx - velocity[j, 0], vy - velocity[j, 1]
+            if j == robot:
+                share = settings.robot_share
+                reach += min(settings.personal_space, max(np.sqrt(px * px + py * py) - reach, 0.0))
+                if at_rest[i]:
+                    qx, qy, share = vx, vy, 1.0
+            nx, ny, depth = leave_velocity_obstacle(px, py, qx, qy, reach, settings.horizon, settings.period)
             planes[num, 0], planes[num, 1], planes[num, 2] = nx, ny, nx * vx + ny * vy + share * depth
             num += 1
         out[i, 0], out[i, 1], _ = nearest_within(planes, num, hard, no_box, max_speed[i], desired[i, 0], desired[i, 1])

@@ -24,6 +24,10 @@ mechanisms underlying self-organization in human crowds"):
 c = 1 where the other is within the field of view of 2 phi about w_i, else 0.5. Obstacles have U0 exp(-d / R), thus
 A_o = U0 / R and B_o = R.
 
+The forms were made for people and count distances between centres; whom somebody passes does not push them aside. From
+the robot d and r count from surface to surface, and it pushes as an obstacle does, too, whose surface is that of a
+personal space s around it. Whoever takes the robot for a thing at rest takes v_j = 0.
+
 The lookahead is that of the crowd simulator libpedsim (Gloor): of all within 20 m who walk against w_i (by more than
 2.5 rad) and are seen less than 0.3 rad to the one or the other side, those to the left count -1 and those to the right
 1; where the sum is not 0, half a m/s^2 pushes to the side of the fewer.
@@ -44,6 +48,7 @@ AGAINST = cos(2.5)  # cosine of the angle to w above which another walks against
 AHEAD = 0.3  # [rad] to either side (libpedsim)
 LOOKAHEAD_PUSH = 0.5  # times |w| / |w| [m/s^2] (libpedsim)
 TINY = 1e-9  # [m] of distances that have no direction
+MOST_DEPTH = 20.0  # times the range of a push, inside a personal space, behind which it grows no more
 
 
 class SocialForce(NamedTuple):
@@ -67,6 +72,7 @@ class SocialForce(NamedTuple):
     nearest_only: bool
     lookahead: float  # its weight
     excess: float  # greatest speed over the desired one
+    personal_space: float = 0.0  # s [m]
 
 
 # `moussaid_2009`: A = 4.5 m/s^2, tau = 0.54 s and walls of 3 exp(-d / 0.1), as Moussaid et al. (2009) fitted them.
@@ -177,6 +183,7 @@ def accelerations(
     desired: Matrix,
     own: Matrix,
     sees_robot: Flags,
+    at_rest: Flags,
     robot: int,
     discs: Matrix,
     boxes: Matrix,
@@ -186,8 +193,9 @@ def accelerations(
 
     position, velocity (m, 2), radius (m,): bodies at NaN are not there. `walkers` (n,): their places among the bodies;
     `desired` (n, 2): w; `own` (n, 2): v, for a walker's body may lag behind its will. `robot` is the robot's place
-    among the bodies, or -1; it is no body for walkers who do not see it (`sees_robot` (n,)). `discs` (k, 3) x, y,
-    radius; `boxes` (l, 6) as in `geometry.floor.Floor`. Sums run in the order of the bodies.
+    among the bodies, or -1; it is no body for walkers who do not see it (`sees_robot` (n,)), and a thing at rest for
+    those who take it so (`at_rest` (n,)). `discs` (k, 3) x, y, radius; `boxes` (l, 6) as in `geometry.floor.Floor`.
+    Sums run in the order of the bodies.
     """
     cells = sort_into_cells(position, law.cut)
     found, out = np.empty(len(position), np.int64), np.zeros((len(walkers), 2))
@@ -210,10 +218,19 @@ def accelerations(
             d = np.sqrt(dx * dx + dy * dy)
             if d < TINY:  # who stand at one place part in the order of their indices
                 dx, dy, d = (TINY if j > body else -TINY), 0.0, TINY
+            ux, uy = velocity[j, 0], velocity[j, 1]
+            if j == robot:
+                gap = max(d - radius[body] - radius[j], TINY)
+                depth = max((gap - law.personal_space) / law.obstacle_range, -MOST_DEPTH)
+                push = law.obstacle_strength * _falling(depth) / d
+                ax, ay = ax - push * dx, ay - push * dy
+                dx, dy, d = gap / d * dx, gap / d * dy, gap
+                if at_rest[i]:
+                    ux, uy = 0.0, 0.0
             if law.elliptic:
-                fx, fy = _helbing(dx, dy, d, velocity[j, 0], velocity[j, 1], wx, wy, law)
+                fx, fy = _helbing(dx, dy, d, ux, uy, wx, wy, law)
             else:
-                fx, fy = _moussaid(dx, dy, d, vx - velocity[j, 0], vy - velocity[j, 1], law)
+                fx, fy = _moussaid(dx, dy, d, vx - ux, vy - uy, law)
             ax, ay = ax + fx, ay + fy
         fx, fy = _obstacles(x, y, radius[body], discs, boxes, law)
         ax, ay = ax + fx, ay + fy

@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import Annotated, Any, ClassVar
 
 from mjnav.errors import InvalidValue
+from mjnav.motion import WALKING_ACCELERATION
 from mjnav.scene.ranges import MAX_LENGTH, MAX_POINTS, MAX_TIME, Coordinate, Point
 from mjnav.settings import Beside, Choice, Key, Length, Range, Variants, settle
 from mjnav.settings.plugins import BehaviourPlugin
@@ -28,7 +29,7 @@ TEMPERAMENTS: Mapping[str, str] = MappingProxyType(
     {
         REGULAR: "takes the robot as the behaviour does: as anybody, or not at all",
         YIELDS: "stands while the robot is near",
-        IMPASSIVE: "ignores the robot",
+        IMPASSIVE: "takes the robot for a thing at rest",
         CURIOUS: "walks up to the robot",
         SCARED: "walks slowly, and away from the robot",
         THREATENING: "steps in front of the robot",
@@ -227,6 +228,12 @@ class Avoiding(Walker):
     """What both laws share."""
 
     heeds_robot = True
+    personal_space: Annotated[
+        float, Range(0.0, 5.0, "m"), "that the person keeps from the robot, surface to surface, where there is room"
+    ] = 0.2
+    acceleration: Annotated[float, Range(0.1, 1000.0, "m/s²"), "at most; at 1000 people turn round at once"] = (
+        WALKING_ACCELERATION
+    )
     unsteadiness: Annotated[
         float, Range(0.0, 5.0, "m/s"), "standard deviation of the noise on each component of the velocity, each 0.02 s"
     ] = 0.0
@@ -361,8 +368,6 @@ class Person:
     @property
     def sees(self) -> bool:
         """Whether the robot exists for this person: `sees_robot`, or the default of behaviour and temperament."""
-        if self.temperament == IMPASSIVE:
-            return False
         if self.sees_robot is not None:
             return self.sees_robot
-        return self.behaviour.heeds_robot or self.temperament not in (None, REGULAR)
+        return self.behaviour.heeds_robot or self.temperament not in (None, REGULAR, IMPASSIVE)

@@ -17,7 +17,7 @@ def pushed(position, velocity):
     nothing = np.zeros((2, 2))
     everyone, seen = np.arange(2), np.ones(2, bool)
     return accelerations(
-        np.array(position), np.array(velocity), np.full(2, 0.3), everyone, nothing, np.array(velocity), seen, -1,
+        np.array(position), np.array(velocity), np.full(2, 0.3), everyone, nothing, np.array(velocity), seen, ~seen, -1,
         np.zeros((0, 3)), np.zeros((0, 6)), LAW,
     )  # fmt: skip
 

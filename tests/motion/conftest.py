@@ -8,7 +8,7 @@ import pytest
 from mjnav.motion import orca
 from mjnav.motion.social_force import FORMS, accelerations
 
-SETTINGS = orca.OrcaSettings(5.0, 0.5, 10.0, 10, 0.5, 0.02)
+SETTINGS = orca.OrcaSettings(5.0, 0.5, 10.0, 10, 0.5, 0.0, 0.02)
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,7 @@ class People:
     boxes: np.ndarray | None = None
     robot: bool = False
     sees: bool = True
+    at_rest: bool = False  # what they take the robot for
 
     def _bodies(self, desired):
         num = len(self.position)
@@ -29,8 +30,8 @@ class People:
         desired = self.velocity if desired is None else np.asarray(desired, float)
         discs = np.zeros((0, 3)) if self.discs is None else self.discs
         boxes = np.zeros((0, 6)) if self.boxes is None else self.boxes
-        radius, sees = np.full(num, self.radius), np.full(num, self.sees)
-        return (self.position, self.velocity, radius, np.arange(num), desired), (sees, place, discs, boxes)
+        radius, sees, at_rest = np.full(num, self.radius), np.full(num, self.sees), np.full(num, self.at_rest)
+        return (self.position, self.velocity, radius, np.arange(num), desired), (sees, at_rest, place, discs, boxes)
 
     def accelerations(self, form="moussaid", desired=None, **constants):
         first, last = self._bodies(desired)

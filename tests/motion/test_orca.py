@@ -30,6 +30,24 @@ def test_the_robots_share_is_the_part_of_the_avoidance_that_a_person_takes(peopl
     assert unseen.orca()[0].tolist() == [1.0, 0.0]
 
 
+@pytest.mark.parametrize("distance", [2.0, 0.75])  # beyond the personal space, and within it
+def test_a_person_keeps_the_personal_space_from_the_robot_or_comes_no_nearer(people, distance):
+    both = people([(0.0, 0.0), (distance, 0.1)], [(0.8, 0.0), (0.0, 0.0)], robot=True)
+    found = both.orca(robot_share=1.0, personal_space=0.2)[0]
+    gap = np.hypot(distance, 0.1)
+    assert closest((0.0, 0.0), found, (distance, 0.1), (0.0, 0.0)) >= min(0.8, gap) - 1e-6
+    assert hypot(*found) <= 0.8 + 1e-9  # nobody is thrown back
+    other = people(both.position, both.velocity)
+    np.testing.assert_array_equal(other.orca(personal_space=0.2), other.orca())  # no space between people
+
+
+def test_a_robot_that_is_taken_for_a_thing_at_rest_is_left_all_of_the_avoidance(people):
+    place = [(0.0, 0.0), (2.0, 0.1)]
+    found = people(place, [(1.0, 0.0), (-1.0, 0.3)], robot=True, at_rest=True).orca()[0]
+    still = people(place, [(1.0, 0.0), (0.0, 0.0)], robot=True).orca(robot_share=1.0)[0]
+    np.testing.assert_array_equal(found, still)
+
+
 def test_a_wall_leaves_the_velocity_along_it_and_away_from_it(people):
     """1.9 m - 0.3 m - 1.1 m = 0.5 m of room, to be used up in 0.5 s at the soonest."""
     one = people((1.1, 0.0), (0.0, 0.0), boxes=BOX)

@@ -38,6 +38,21 @@ def test_walls_push_away_by_their_distance_and_the_nearest_obstacle_alone_where_
     assert one.accelerations(form)[0] == pytest.approx([0.0, -wall if law.nearest_only else other - wall], abs=1e-9)
 
 
+@pytest.mark.parametrize("form", ["moussaid", "moussaid_2009"])
+@pytest.mark.parametrize("at_rest", [False, True])
+def test_the_robot_pushes_from_its_surface_as_a_person_and_as_an_obstacle(people, form, at_rest):
+    """Seen from somebody at rest at 0.5 m from its surface; the robot moves, or is taken for a thing at rest."""
+    law = FORMS[form]
+    speed = 0.4
+    both = people([(0.0, 0.0), (1.1, 0.0)], [(0.0, 0.0), (-speed, 0.0)], robot=True, at_rest=at_rest)
+    found = both.accelerations(form, personal_space=0.2, lookahead=0.0)[0]
+    size = 1.0 + (0.0 if at_rest else law.velocity_weight * speed)
+    as_person = law.strength * exp(-0.5 / (law.interaction_range * size))
+    as_obstacle = law.obstacle_strength * exp(-0.3 / law.obstacle_range)
+    assert found[0] == pytest.approx(-as_person - as_obstacle)
+    assert abs(found[1]) == pytest.approx(as_person)  # n, for theta = 0
+
+
 def test_two_who_walk_straight_at_one_another_both_keep_to_the_right(people):
     for ahead in np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]):
         push = people([-ahead, ahead], [ahead, -ahead]).accelerations(drive=0.0, lookahead=0.0)

@@ -47,7 +47,11 @@ class Bodies:
 
 
 class AvoidingWalk(Walk):
-    """People on a route who avoid others by a law; the law is the subclass's."""
+    """People on a route who avoid others by a law; the law is the subclass's.
+
+    What a law says is reached with the person's acceleration at most. The velocity that is integrated so is the
+    person's will: a body that others hold back, or a servo that lags, leaves it.
+    """
 
     tempers = True
 
@@ -57,6 +61,8 @@ class AvoidingWalk(Walk):
         self._route = Route(scenario, index, seed)
         self._temperaments = Temperaments(scenario, index)
         self._speed = np.array([behaviour.speed for behaviour in behaviours], float)
+        self._acceleration = np.array([behaviour.acceleration for behaviour in behaviours], float)
+        self._will = np.full((len(index), 2), np.nan)
         self._radius = np.array([*(person.radius for person in scenario.people), scenario.robot.radius])
         self._floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
         self._decisions = 0
@@ -108,6 +114,23 @@ class AvoidingWalk(Walk):
 def groups(laws: Sequence[Law]) -> list[tuple[Indices, Law]]:
     """Who has the same law, and the law: one call of it moves them all."""
     return [(np.flatnonzero([other == one for other in laws]), one) for one in dict.fromkeys(laws)]
+
+
+@exact
+def _accelerate(will: Matrix, wanted: Matrix, acceleration: Vector, position: Matrix, index: Indices):
+    """Moves the wills (n, 2) on to the wanted velocities, each by at most its acceleration (n,) [m/s^2] times PERIOD.
+
+    Who has no will yet takes the velocity at once, and who is not there has none.
+    """
+    for i in range(len(will)):
+        dx, dy = wanted[i, 0] - will[i, 0], wanted[i, 1] - will[i, 1]
+        change, most = np.hypot(dx, dy), PERIOD * acceleration[i]
+        if np.isnan(position[index[i], 0]):
+            will[i, 0], will[i, 1] = np.nan, np.nan
+        elif change > most:
+            will[i, 0], will[i, 1] = will[i, 0] + most / change * dx, will[i, 1] + most / change * dy
+        else:  # also where the change is NaN
+            will[i, 0], will[i, 1] = wanted[i, 0], wanted[i, 1]
 
 
 @exact
@@ -165,13 +188,14 @@ class OrcaWalk(AvoidingWalk):
         wanted, bodies = self.wanted(world), self.bodies(world)
         max_speed = np.maximum(self._speed, np.hypot(wanted[:, 0], wanted[:, 1]))
         found = np.empty_like(wanted)
-        avoids, discs, boxes = self._temperaments.avoids, self._floor.discs, self._floor.boxes
+        tempers, discs, boxes = self._temperaments, self._floor.discs, self._floor.boxes
         for group, settings in self._groups:
             _avoid(
-                found, group, wanted, max_speed, self.index, avoids,
+                found, group, wanted, max_speed, self.index, tempers.avoids, tempers.still,
                 bodies.position, bodies.velocity, self._radius, bodies.robot, discs, boxes, settings,
             )  # fmt: skip
-        return self.unsteady(found)
+        _accelerate(self._will, found, self._acceleration, bodies.position, self.index)
+        return self.unsteady(self._will)
 
 
 @exact
@@ -182,6 +206,7 @@ def _avoid(
     max_speed: Vector,
     index: Indices,
     avoids: Flags,
+    still: Flags,
     position: Matrix,
     velocity: Matrix,
     radius: Vector,
@@ -192,19 +217,21 @@ def _avoid(
 ):
     """Writes the velocities of a `group` to theirs among `found` (n, 2).
 
-    `wanted`, `max_speed`, `index` and `avoids` are of all n people, `position`, `velocity` and `radius` of all bodies.
+    `wanted`, `max_speed`, `index`, `avoids` and `still` are of all n people, `position`, `velocity` and `radius` of all
+    bodies.
     """
     found[group] = velocities(
-        position, velocity, radius, index[group], wanted[group], max_speed[group], avoids[group], robot, discs, boxes,
-        settings,
+        position, velocity, radius, index[group], wanted[group], max_speed[group], avoids[group], still[group], robot,
+        discs, boxes, settings,
     )  # fmt: skip
 
 
 def settings_of(keys: Orca) -> OrcaSettings:
     """What the run file says."""
     return OrcaSettings(
-        keys.time_horizon, keys.wall_horizon, keys.neighbour_distance, keys.max_neighbours, keys.robot_share, PERIOD
-    )
+        keys.time_horizon, keys.wall_horizon, keys.neighbour_distance, keys.max_neighbours, keys.robot_share,
+        keys.personal_space, PERIOD,
+    )  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------- social force
@@ -216,8 +243,7 @@ STANDING_TIME = 0.5  # [s] in which who arrives comes to rest where a form has n
 class SocialForceWalk(AvoidingWalk):
     """Velocities that follow the accelerations of `motion.social_force`, by Euler's steps of PERIOD.
 
-    The velocity that is integrated is the person's will: a body that others hold back, or a servo that lags, leaves it.
-    It is at most the wanted speed, times a factor of the form.
+    The will is at most the wanted speed, times a factor of the form.
     """
 
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
@@ -225,18 +251,19 @@ class SocialForceWalk(AvoidingWalk):
         self._groups = groups([law_of(behaviour) for behaviour in self.behaviours(scenario, SocialForceKeys)])
         # In MuJoCo bodies that touch slide past one another; in the kinematic world they stand.
         self.sidesteps = scenario.physics.engine == "kinematic"
-        self._will = np.full((len(index), 2), np.nan)
 
     def velocities(self, world: WorldState) -> Array:
         """See `Walk`."""
         wanted, bodies = self.wanted(world), self.bodies(world)
+        found = np.empty_like(wanted)
         _begin(self._will, wanted, bodies.position, bodies.velocity, self.index)
-        avoids, discs, boxes = self._temperaments.avoids, self._floor.discs, self._floor.boxes
+        tempers, discs, boxes = self._temperaments, self._floor.discs, self._floor.boxes
         for group, law in self._groups:
             _follow(
-                self._will, group, wanted, self._speed, self.index, avoids,
+                found, self._will, group, wanted, self._speed, self.index, tempers.avoids, tempers.still,
                 bodies.position, bodies.velocity, self._radius, bodies.robot, discs, boxes, law,
             )  # fmt: skip
+        _accelerate(self._will, found, self._acceleration, bodies.position, self.index)
         return self.unsteady(self._will)
 
 
@@ -255,12 +282,14 @@ def _begin(will: Matrix, wanted: Matrix, position: Matrix, velocity: Matrix, ind
 
 @exact
 def _follow(
+    found: Matrix,
     will: Matrix,
     group: Indices,
     wanted: Matrix,
     speed: Vector,
     index: Indices,
     avoids: Flags,
+    still: Flags,
     position: Matrix,
     velocity: Matrix,
     radius: Vector,
@@ -269,14 +298,15 @@ def _follow(
     boxes: Matrix,
     law: SocialForce,
 ):
-    """Moves the wills (n, 2) of a `group` on by PERIOD under a law, no faster than its `excess` times what is wanted.
+    """Writes to `found` (n, 2) a group's wills after PERIOD under a law, no faster than its `excess` times the wanted.
 
-    `wanted`, `speed`, `index` and `avoids` are of all n people, `position`, `velocity` and `radius` of all bodies. Who
-    slows down to stand comes to rest in STANDING_TIME where the form has no relaxation time.
+    `wanted`, `speed`, `index`, `avoids` and `still` are of all n people, `position`, `velocity` and `radius` of all
+    bodies. Who slows down to stand comes to rest in STANDING_TIME where the form has no relaxation time.
     """
     push = accelerations(
-        position, velocity, radius, index[group], wanted[group], will[group], avoids[group], robot, discs, boxes, law
-    )
+        position, velocity, radius, index[group], wanted[group], will[group], avoids[group], still[group], robot,
+        discs, boxes, law,
+    )  # fmt: skip
     for g in range(len(group)):
         i = group[g]
         size = np.hypot(wanted[i, 0], wanted[i, 1])
@@ -285,11 +315,11 @@ def _follow(
             a = push[g, k]
             if stands:
                 a += (wanted[i, k] - will[i, k]) / STANDING_TIME - law.drive * wanted[i, k]
-            will[i, k] += PERIOD * a
+            found[i, k] = will[i, k] + PERIOD * a
         fastest = law.excess * max(speed[i], size)
-        share = min(1.0, fastest / max(np.hypot(will[i, 0], will[i, 1]), 1e-9))
-        will[i, 0] *= share
-        will[i, 1] *= share
+        share = min(1.0, fastest / max(np.hypot(found[i, 0], found[i, 1]), 1e-9))
+        found[i, 0] *= share
+        found[i, 1] *= share
 
 
 def law_of(keys: SocialForceKeys) -> SocialForce:
@@ -301,4 +331,4 @@ def law_of(keys: SocialForceKeys) -> SocialForce:
         given["drive"] = 0.0
     elif "drive" in given:
         given["relaxation_time"] = 0.0
-    return law._replace(**given)
+    return law._replace(**given, personal_space=keys.personal_space)

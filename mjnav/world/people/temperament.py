@@ -5,15 +5,15 @@ benchmarking human-aware robot navigation"), whose constants stand below. With d
 
     regular       w, the behaviour's
     yields        0 while the robot is seen within 4 m, for 30 s of a run at most ("surprised" there)
-    impassive     w; the robot does not exist for this person
+    impassive     w; whatever it does, the robot is a thing at rest for this person
     curious       towards the robot at 1.8 d / 10 m/s while it is seen within 10 m, 0 from 1.5 m on; 30 s at most
     scared        0.6 m/s towards  w / (|w| tau) 0.6 + 20 sigma / (d - r) n  while the robot is seen within 3 m, n the
                   unit vector away from it, r the person's radius, tau = 0.5 s, sigma = 0.2 m
     threatening   at 2 m/s to the point 1.1 m ahead of the robot while it is seen within 4 m; 40 s at most
 
 A person sees what lies up to 100 degrees from where they walk or look, and behind no wall. Who stands for the robot,
-walks up to it or blocks its way, looks at it. Differences from HuNavSim: there walls hide nothing; impassive people
-take the robot as an obstacle at rest; and the robot is no source of social forces for yields and scared.
+walks up to it or blocks its way, looks at it. Differences from HuNavSim: there walls hide nothing, and the
+robot is no source of social forces for yields and scared.
 """
 
 from collections.abc import Sequence
@@ -63,6 +63,7 @@ class Temperaments:
         self._walls = floor_of_people(scenario.walls, (), ())
         # For whom the robot is a body to keep clear of: not for those who come near on purpose.
         self.avoids = np.array([name not in (CURIOUS, THREATENING) for name in names], bool)
+        self.still = np.array([name == IMPASSIVE for name in names], bool)  # for whom it is a thing at rest
 
     def applied(self, world: WorldState, desired: Array) -> Array:
         """The wanted velocities (n, 2) [m/s], those of the behaviours where the robot is not seen."""

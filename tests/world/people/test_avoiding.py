@@ -89,7 +89,8 @@ def test_a_change_of_mind_turns_the_way_by_45_degrees_for_good(scene):
     def turns(probability, num=200):
         diagonal = Diagonal(probability=probability, every=4)
         people = tuple(
-            Person((3.0 * i, 0.0), to("orca", (3.0 * i + 500.0, 0.0), diagonal=diagonal)) for i in range(num)
+            Person((3.0 * i, 0.0), to("orca", (3.0 * i + 500.0, 0.0), acceleration=1000.0, diagonal=diagonal))
+            for i in range(num)
         )
         walk = Pedestrians(scene(people=people, start=FAR), 0)
         position = np.array([p.start for p in people])
