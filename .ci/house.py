@@ -28,16 +28,16 @@ BUDGETS = {  # code lines
     "log": 3269,
     "loop": 2227,
     "metrics": 1998,
-    "motion": 370,
+    "motion": 388,
     "noise": 692,
     "paper": 1095,
     "report": 2605,
     "rkhs": 97,
     "robot": 3702,
-    "scene": 3017,
+    "scene": 3022,
     "settings": 806,
     "study": 3323,
-    "world": 2527,
+    "world": 2548,
 }
 MOST_FILES = 308
 MOST_IMPORTS = 0.104  # of all code lines
