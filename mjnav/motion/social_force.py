@@ -26,7 +26,7 @@ A_o = U0 / R and B_o = R.
 
 The forms were made for people and count distances between centres; whom somebody passes does not push them aside. From
 the robot d and r count from surface to surface, and it pushes as an obstacle does, too, whose surface is that of a
-personal space s around it. Whoever takes the robot for a thing at rest takes v_j = 0.
+personal space s around it. Whoever takes the robot for a thing at rest takes v_j = 0 in f_ij.
 
 The lookahead is that of the crowd simulator libpedsim (Gloor): of all within 20 m who walk against w_i (by more than
 2.5 rad) and are seen less than 0.3 rad to the one or the other side, those to the left count -1 and those to the right

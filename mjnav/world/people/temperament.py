@@ -12,8 +12,8 @@ benchmarking human-aware robot navigation"), whose constants stand below. With d
     threatening   at 2 m/s to the point 1.1 m ahead of the robot while it is seen within 4 m; 40 s at most
 
 A person sees what lies up to 100 degrees from where they walk or look, and behind no wall. Who stands for the robot,
-walks up to it or blocks its way, looks at it. Differences from HuNavSim: there walls hide nothing, and the
-robot is no source of social forces for yields and scared.
+walks up to it or blocks its way, looks at it. Differences from HuNavSim: there walls hide nothing, and the robot is
+no source of social forces for yields and scared.
 """
 
 from collections.abc import Sequence
