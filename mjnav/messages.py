@@ -77,6 +77,7 @@ class WorldState(ShortRepr):
     people_position: Array  # (P, 2) [m]
     people_velocity: Array  # (P, 2) [m/s]
     contacts: tuple[Contact, ...] = ()  # those seen since the state before
+    people_radius: Array | None = None  # (P,) [m] where it changes in the run; else it is the scenario's
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -98,6 +99,7 @@ class Reading(ShortRepr):
     # all that cannot be used, with the last usable value in its place and no beams in place of a scan.
     dropped: tuple[str, ...] = ()
     ages: tuple[tuple[str, float], ...] = ()  # of these [s], where it was measured that long before `time`
+    people_radius: Array | None = None  # (P,) [m] where it changes in the run; else it is the scenario's
 
 
 # ----------------------------------------------------------------------------------------- estimation
@@ -399,6 +401,7 @@ class Trajectory(ShortRepr):
     track_states: Array = field(
         default_factory=lambda: np.zeros((0, 7))
     )  # (n, 7) row of `time`, track's number, x, y, vx, vy, time unseen of every track that carries no person's name
+    people_radius: Array | None = None  # (T + 1, P) [m] where it changes in the run; else it is the scenario's
 
     @property
     def estimate_covariance(self) -> Array:

@@ -27,15 +27,22 @@ class Referee:
         self._tolerance = scenario.robot.goal_tolerance
         self._time_limit = scenario.time_limit
         self._stop = scenario.stop_on_collision
+        self._limit_first = scenario.published is not None and scenario.published.rules.limit_first
 
     def outcome(self, truth: WorldState, *, on_last_leg: bool) -> str | None:
-        """How the run has ended, or None while it goes on. A collision counts before the goal, the goal before time."""
+        """How the run has ended, or None while it goes on. A collision counts before the goal, the goal before time.
+
+        In the published crowds that judge so, time counts before both.
+        """
+        over = truth.time >= self._time_limit - 1e-9
+        if over and self._limit_first:
+            return TIMEOUT
         if truth.contacts and self._stop:
             return COLLISION
         dx, dy = truth.robot_pose[0] - self._goal[0], truth.robot_pose[1] - self._goal[1]
         if on_last_leg and dx * dx + dy * dy <= self._tolerance**2:
             return GOAL
-        return TIMEOUT if truth.time >= self._time_limit - 1e-9 else None
+        return TIMEOUT if over else None
 
 
 # ------------------------------------------------------------------------------------------- events

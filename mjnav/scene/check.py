@@ -41,6 +41,7 @@ from mjnav.scene.bodies import (
 )
 from mjnav.scene.faults import check_kidnappings
 from mjnav.scene.people import ConstantVelocity, Person, Replay, Row, StopAndGo, Walker
+from mjnav.scene.published import check_case
 from mjnav.scene.ranges import Point
 from mjnav.scene.sensors import check_lidar
 from mjnav.scene.spec import Control, Latency, Robot, Scenario
@@ -149,6 +150,8 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
     Without `routes`, only for the robot's goals, not for people's.
     """
     robot = scenario.robot
+    if scenario.published is not None:
+        check_case(scenario.published, scenario)
     check_lidar(scenario.sensors.scanner, robot.radius, scenario.physics.timestep)
     walls = [wall_box(f"walls.{i}", wall) for i, wall in enumerate(scenario.walls)]
     tops = [top_box(f"tables.{i}", table) for i, table in enumerate(scenario.tables)]

@@ -20,6 +20,7 @@ from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scene.bodies import Pillar, Table, Wall
 from mjnav.scene.draws import Area, Draft, Streams, draw_count, draw_point, drawing, is_draw
 from mjnav.scene.people import AGAIN, BEHAVIOURS, MAX_WALKING_SPEED, ConstantVelocity, Person, StopAndGo, Trip
+from mjnav.scene.published import is_open
 from mjnav.scene.ranges import MAX_BODIES, MAX_LENGTH, Angle, Size
 from mjnav.scene.spec import Robot
 from mjnav.settings import Choice, Length, Range, below, settle
@@ -313,6 +314,8 @@ def robot_of(document: Mapping[str, Any]) -> Entry:
 
 def draft_of(document: Mapping[str, Any]) -> Draft | None:
     """The tables of a run file that draw something; None where none does."""
+    if is_open(document):
+        return Draft({"people": [], **{key: document[key] for key in ("published", "robot") if key in document}})
     drawn = {entry.name for entry in (*entries_of(document), robot_of(document)) if entry.is_drawn}
     if not drawn:
         return None

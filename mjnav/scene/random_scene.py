@@ -23,6 +23,7 @@ from mjnav.scene.check import check, check_memory, is_avoidable, robot_has_a_way
 from mjnav.scene.drafts import KINDS, Entry, Values, entries_of, robot_of
 from mjnav.scene.draws import Draft, Layout
 from mjnav.scene.people import Person
+from mjnav.scene.published import is_open, put_case
 from mjnav.scene.ranges import Point, Seed
 from mjnav.scene.spec import Robot, Scenario
 from mjnav.scene.ways import floor_of_people
@@ -138,6 +139,11 @@ def resolved(document: Mapping[str, Any], draft: Draft) -> Scenario:
     """
     with below("seed"):
         seed = settings.settled(Seed, document.get("seed", 0))
+    if is_open(document):
+        scenario = settings.read_document(Scenario, put_case(document, seed))
+        check_memory(scenario)
+        check(scenario)
+        return replace(scenario, draft=draft)
     with below("layout"):
         layout = settings.settled(Layout, document.get("layout", {}))
     layout = layout if layout.seed is not None else replace(layout, seed=seed)

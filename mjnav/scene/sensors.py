@@ -310,7 +310,12 @@ class Sensors:
     lidar_range: Annotated[float, Range(0.1, 1000.0, "m"), "beyond which a beam of the lidar ideal meets nothing"] = (
         10.0
     )
-    lidar: LidarSpec | None = None  # not in a dump unless it was given
+    # These are not in a dump unless they were given.
+    lidar: LidarSpec | None = None
+    detection_range: Annotated[
+        Annotated[float, Range(0.1, 1000.0, "m")] | None,
+        "between the surfaces of robot and person, beyond which nobody is detected; unlimited by default",
+    ] = None
 
     def __post_init__(self):
         settle(self)

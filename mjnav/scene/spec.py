@@ -22,6 +22,7 @@ from mjnav.scene.draws import Draft, Layout
 from mjnav.scene.faults import Faults
 from mjnav.scene.people import BEHAVIOURS, ConstantVelocity, Orca, Person, SocialForce, StopAndGo, Waypoints  # noqa: F401
 from mjnav.scene.prediction import Prediction
+from mjnav.scene.published import Published
 from mjnav.scene.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, Angle, Coordinate, Point, Rate, Seed, Size
 from mjnav.scene.sensors import Sensors
 from mjnav.settings import Beside, Choice, Length, Named, Range, Text, below, settle
@@ -315,6 +316,7 @@ class Scenario(Constant):
         None
     )
     layout: Layout | None = None
+    published: Published | None = None
     prediction: Prediction | None = None
     faults: Faults | None = None
     log: LogContent | None = None

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mjnav.geometry.angles import wrap
-from mjnav.messages import Reading
+from mjnav.messages import Array, Reading
 from mjnav.motion.unicycle import integrate
 from mjnav.scene.spec import Scenario
 from mjnav.world.actuation import twist_of_wheels
@@ -24,6 +24,9 @@ class NoisySensors:
         columns = [(channel, "robot") for channel in _ROBOT_CHANNELS]
         columns += [(f"detection.{axis}", person) for person in people for axis in "xy"]
         self._draws = Draws(distributions, columns, seed)
+        self._range = scenario.sensors.detection_range
+        self._radius = np.array([person.radius for person in scenario.people])
+        self._robot_radius = scenario.robot.radius
         self._lidar = scanner(scenario, seed) if lidar else None
         self._odometry_pose = np.zeros(3)
         self._before: tuple[float, tuple[float, float], float] | None = None  # time, wheel angles, yaw
@@ -38,12 +41,13 @@ class NoisySensors:
         if self._lidar is not None:
             self._lidar.take(engine, step)
 
-    def read(self, engine: Engine, time: float) -> Reading:
+    def read(self, engine: Engine, time: float, radius: Array | None = None) -> Reading:
         """A reading of the present moment.
 
         Odometry is the mean twist since the reading before by the encoders, the gyro's value the mean yaw rate: its
         exact integral, as a rate-integrating gyro gives it. In the first reading both are noise alone. The odometry's
-        pose is integrated from what odometry says, from (0, 0, 0) on.
+        pose is integrated from what odometry says, from (0, 0, 0) on. `radius` (P,) is the people's, where it changes
+        in the run.
         """
         noise = self._draws.row()
         wheels, yaw, pose = engine.wheel_angles(), engine.yaw(), engine.robot_pose()
@@ -56,6 +60,10 @@ class NoisySensors:
         self._before = time, wheels, yaw
         odometry += noise[:2]
         self._odometry_pose = integrate(self._odometry_pose, odometry[0], odometry[1], interval)
+        people = engine.people_position()
+        if self._range is not None:
+            gaps = np.hypot(*(people - pose[:2]).T) - self._robot_radius - (self._radius if radius is None else radius)
+            people[gaps > self._range] = np.nan
         pose += noise[3:6]
         pose[2] = wrap(pose[2])
         scan, scan_times = self._lidar.scan(engine) if self._lidar is not None else (np.zeros(0), np.zeros(0))
@@ -65,8 +73,9 @@ class NoisySensors:
             odometry=odometry,
             gyro=float(turn_rate + noise[2]),
             pose=pose,
-            detections=engine.people_position() + noise[6:].reshape(-1, 2),
+            detections=people + noise[6:].reshape(-1, 2),
             scan=scan,
             odometry_pose=self._odometry_pose,
             scan_times=scan_times,
+            people_radius=radius,
         )

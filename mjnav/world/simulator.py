@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array, Reading, WorldState
 from mjnav.noise import NOISE_WINDOW
-from mjnav.scene.people import PERIOD
 from mjnav.scene.spec import Scenario
 from mjnav.world.actuation import Actuation
 from mjnav.world.draws import Grid, whole_steps
 from mjnav.world.engine import Engine
 from mjnav.world.faults import FaultySensors, FaultyWheels, Kidnappings
 from mjnav.world.people.pedestrians import Pedestrians
+from mjnav.world.published import PublishedEngine, PublishedPeople
 from mjnav.world.sensors import NoisySensors
 
 
@@ -33,7 +33,7 @@ class Simulator:
         self._scenario = scenario
         self._timestep = scenario.physics.timestep
         self._step = 0
-        self._pedestrians = Pedestrians(scenario, seed)
+        self._pedestrians = make_people(scenario, seed)
         start = np.array([person.start for person in scenario.people], float).reshape(-1, 2)
         before = WorldState(0.0, np.array(scenario.robot.start), np.zeros(2), start, np.zeros_like(start))
         before, velocities = self._pedestrians.at_start(before)
@@ -48,7 +48,7 @@ class Simulator:
         self._kidnappings = Kidnappings(scenario)
         self._readings: list[Reading] = []
         self._noise_windows = Grid(NOISE_WINDOW, self._timestep)
-        self._decisions = Grid(PERIOD, self._timestep)
+        self._decisions = Grid(self._pedestrians.period, self._timestep)
         self._sensing = Grid(1.0 / scenario.sensors.rate, self._timestep)
         self._pass_moment()
 
@@ -91,10 +91,14 @@ class Simulator:
         engine, step = self._engine, self._step
         self._kidnappings.pass_moment(step, engine)
         self._sensors.take_packet(engine, step)
+        people = self._pedestrians
+        decides = self._decisions.due(step)
+        if decides and people.first:
+            people.decide(self.state(), engine)
         if self._sensing.due(step):
-            self._readings.append(self._hearing.hear(self._sensors.read(engine, self.time)))
-        if self._decisions.due(step):
-            self._pedestrians.decide(self.state(), engine)
+            self._readings.append(self._hearing.hear(self._sensors.read(engine, self.time, people.radius)))
+        if decides and not people.first:
+            people.decide(self.state(), engine)
         if self._noise_windows.due(step):
             self._actuation.open_window()
 
@@ -117,6 +121,7 @@ class Simulator:
             people_position=engine.people_position(),
             people_velocity=engine.people_velocity(),
             contacts=engine.contacts.seen(),
+            people_radius=self._pedestrians.radius,
         )
 
     def state_hash(self) -> str:
@@ -124,8 +129,15 @@ class Simulator:
         return hashlib.sha256(struct.pack("<qd", self._step, self._timestep) + self._engine.state_bytes()).hexdigest()
 
 
+def make_people(scenario: Scenario, seed: int) -> Pedestrians | PublishedPeople:
+    """Those who move the people."""
+    return Pedestrians(scenario, seed) if scenario.published is None else PublishedPeople(scenario, scenario.published)
+
+
 def _make_engine(scenario: Scenario, velocities: Array) -> Engine:
     """The engine that the scenario names; people start with `velocities` (P, 2)."""
+    if scenario.published is not None:
+        return PublishedEngine(scenario, velocities)
     if scenario.physics.engine == "kinematic":
         from mjnav.world.kinematic_engine import KinematicEngine
 

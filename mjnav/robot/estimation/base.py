@@ -265,7 +265,9 @@ class PeopleTracker:
         return ()
 
     def _detected(self, reading: Reading) -> Sequence[int]:
-        """Who is there, by place; where no detections arrived, who was before."""
+        """Who is there, by place; where no detections arrived, who was before. Radii that the reading tells hold."""
+        if reading.people_radius is not None:
+            self._radii = tuple(reading.people_radius.tolist())
         if "detections" in reading.dropped and self._tracks is not None:
             return self._tracked
         absent = np.isnan(reading.detections[:, 0])

@@ -26,7 +26,7 @@ from mjnav.errors import PluginFault
 from mjnav.messages import Array, WorldState
 from mjnav.rng import stream
 from mjnav.scene.crowd import TrackSplines
-from mjnav.scene.people import AGAIN, CLEAR_OF_ROBOT, MAX_WALKING_SPEED, Area, Behaviour, Replay, Walker
+from mjnav.scene.people import AGAIN, CLEAR_OF_ROBOT, MAX_WALKING_SPEED, PERIOD, Area, Behaviour, Replay, Walker
 from mjnav.scene.ranges import Point
 from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import ways_of
@@ -275,6 +275,10 @@ def _made_walk(behaviour: Behaviour | BehaviourPlugin, scenario: Scenario, index
 
 class Pedestrians:
     """The people, in groups that have one behaviour and all see the robot or all do not."""
+
+    period = PERIOD  # [s] between decisions
+    first = False  # whether they decide before the sensors read
+    radius = None  # (P,) [m] where it changes in a run
 
     def __init__(self, scenario: Scenario, seed: int):
         people = scenario.people
