@@ -100,6 +100,7 @@ class Reading(ShortRepr):
     dropped: tuple[str, ...] = ()
     ages: tuple[tuple[str, float], ...] = ()  # of these [s], where it was measured that long before `time`
     people_radius: Array | None = None  # (P,) [m] where it changes in the run; else it is the scenario's
+    people_velocity: Array | None = None  # (P, 2) [m/s], told by published crowds where detections have no noise
 
 
 # ----------------------------------------------------------------------------------------- estimation

@@ -24,6 +24,7 @@ class NoisySensors:
         columns = [(channel, "robot") for channel in _ROBOT_CHANNELS]
         columns += [(f"detection.{axis}", person) for person in people for axis in "xy"]
         self._draws = Draws(distributions, columns, seed)
+        self._is_exact = all(distributions[f"detection.{axis}"].std == 0.0 for axis in "xy")
         self._range = scenario.sensors.detection_range
         self._radius = np.array([person.radius for person in scenario.people])
         self._robot_radius = scenario.robot.radius
@@ -78,4 +79,5 @@ class NoisySensors:
             odometry_pose=self._odometry_pose,
             scan_times=scan_times,
             people_radius=radius,
+            people_velocity=None if radius is None or not self._is_exact else engine.people_velocity(),
         )

@@ -67,10 +67,7 @@ class DirectTracker(PeopleTracker):
         v_i = (sum_k t_k p_ik + r v0_i) / (sum_k t_k^2 + r),   r = (noise std / walking_speed)^2,
 
     t_k from the window's mean time. With one detection it is the prior, with two it is not yet ruled by the noise, and
-    after a whole window the prior weighs about 1 %.
-
-    Without noise all samples are the truth: the latest detection, and the mean velocity since the one before; 0 at the
-    first.
+    after a whole window the prior weighs about 1 %. Where the reading tells velocities, they are taken.
     """
 
     def __init__(self, noise: Mapping[str, Distribution], num_particles: int, radii: Sequence[float], seed: int):
@@ -79,7 +76,6 @@ class DirectTracker(PeopleTracker):
         self._weights = np.full(num_particles, 1.0 / num_particles)
         walking_speed = PersonMotion().walking_speed
         std = [max(channel.std, LEAST_STD[name]) for channel, name in zip(self._noise, DETECTION_CHANNELS, strict=True)]
-        self._exact = all(channel.std == 0.0 for channel in self._noise)
         self._ridge = np.square(np.asarray(std) / walking_speed)  # (2,) r [s^2]
         self._streams = [stream(seed, "estimation.direct", name) for name in self._names]
         self._prior_velocity = walking_speed * np.stack(
@@ -105,7 +101,10 @@ class DirectTracker(PeopleTracker):
         self._history.append((reading.time, position))
         while self._history[0][0] < reading.time - VELOCITY_WINDOW - 1e-9:
             self._history.popleft()
-        velocity = np.stack([self._velocity(p) for p in range(len(position))])
+        if reading.people_velocity is None:
+            velocity = np.stack([self._velocity(p) for p in range(len(position))])
+        else:
+            velocity = np.repeat(reading.people_velocity[:, None], self._weights.size, axis=1)
         particles = np.nan_to_num(np.concatenate([position, velocity], axis=-1))
         weights = np.tile(self._weights, (len(particles), 1))
         mean, covariance = weighted_moments(particles, weights, -1)
@@ -131,8 +130,5 @@ class DirectTracker(PeopleTracker):
         if since == len(times):
             return np.full_like(positions[-1], np.nan)
         times = times[since:] - times[since:].mean()
-        if self._exact:
-            last, steps = positions[-1], max(since, len(positions) - 2)
-            return (last - positions[steps]) / max(times[-1] - times[steps - since], 1e-9)
         moment = sum(t * position for t, position in zip(times, positions[since:], strict=True))
         return (moment + self._ridge * self._prior_velocity[person]) / (times @ times + self._ridge)
