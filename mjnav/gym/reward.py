@@ -42,7 +42,9 @@ class Transition:
         if not self.scenario.people:
             return np.inf
         start, end = (state.people_position - state.robot_pose[:2] for state in (self.before, self.after))
-        radii = np.array([person.radius for person in self.scenario.people]) + self.scenario.robot.radius
+        told = self.after.people_radius
+        radii = np.array([person.radius for person in self.scenario.people]) if told is None else told
+        radii = radii + self.scenario.robot.radius
         straight = segment_distance(np.zeros(2), start, end)  # NaN for who comes, goes or is not there
         distance = np.where(np.isnan(straight), np.fmin(np.hypot(*start.T), np.hypot(*end.T)), straight) - radii
         return float(distance[~np.isnan(distance)].min(initial=np.inf))

@@ -373,6 +373,7 @@ def _final(result: Result, contacts_before: int) -> WorldState:
         people_position=t.people_position[-1],
         people_velocity=t.people_velocity[-1],
         contacts=t.contacts[contacts_before:],
+        people_radius=None if t.people_radius is None else t.people_radius[-1],
     )
 
 

@@ -254,6 +254,7 @@ class Foreknown:
         self.trajectory, self.scenario = trajectory, scenario
         self._floor = floor_of_robot(scenario.walls, scenario.tables, scenario.pillars)
         self._targets = targets(trajectory, scenario)  # (T + 1,)
+        self._radii = radii(trajectory, scenario)  # (T + 1, P) [m]
         self._fields: dict[int, WayField] = {}  # by point of the route, once asked for
 
     def first_clear_plan(
@@ -277,7 +278,7 @@ class Foreknown:
         knot = round(KNOT / STEP)
         base = Base(limits.max_acceleration, limits.max_turn_acceleration, fastest, STEP, knot, steps)
         times = np.linspace(0.0, steps * STEP, steps + 1) + float(self.trajectory.time[row])
-        bodies = self._near(pose, fastest * duration, true_paths(self.trajectory, times, until), clearance)
+        bodies = self._near(row, fastest * duration, true_paths(self.trajectory, times, until), clearance)
         found = first_clear(pose.copy(), twist.copy(), plans(limits), base, bodies, self._way(row, progress))
         return None if found < 0 else int(found)
 
@@ -299,9 +300,9 @@ class Foreknown:
         route, behind = np.array(robot.route)[target:], legs_behind(self.scenario)[target:]
         return Way(self._field(row).grid, route, behind, robot.goal_tolerance, wanted)
 
-    def _near(self, pose: Array, reach: float, people: Array, clearance: float) -> Bodies:
-        """All bodies that the robot can meet within `reach` [m]."""
-        apart = radii(self.scenario) + clearance
+    def _near(self, row: int, reach: float, people: Array, clearance: float) -> Bodies:
+        """All bodies that the robot can meet within `reach` [m] of where it is at a state."""
+        pose, apart = self.trajectory.robot_pose[row], self._radii[row] + clearance
         own = self.scenario.robot.radius + clearance
         gaps = np.hypot(*np.moveaxis(people - pose[:2], -1, 0))  # (steps + 1, P)
         met = (np.where(np.isnan(gaps), np.inf, gaps) <= apart + reach).any(axis=0)

@@ -86,8 +86,9 @@ def _parts(trajectory: Trajectory) -> Iterator[Trajectory]:
     """The trajectory with ROWS steps of its poses at a time: each part begins with the last state of the one before."""
     for start in range(0, max(len(trajectory.robot_pose) - 1, 1), ROWS):
         rows = slice(start, start + ROWS + 1)
-        pose, people = trajectory.robot_pose[rows], trajectory.people_position[rows]
-        yield replace(trajectory, robot_pose=pose, people_position=people)
+        pose, people, radius = trajectory.robot_pose[rows], trajectory.people_position[rows], trajectory.people_radius
+        radius = None if radius is None else radius[rows]
+        yield replace(trajectory, robot_pose=pose, people_position=people, people_radius=radius)
 
 
 def clearance(trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:
@@ -99,8 +100,11 @@ def clearance(trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:
     """
     route = trajectory.robot_pose[:, :2]
     found: dict[str, Array] = {}
-    for i, person in enumerate(scenario.people):
-        found[f"person{i}"] = _disc_distance(route - trajectory.people_position[:, i]) - person.radius
+    radius = people_radius(trajectory, scenario)
+    for i in range(len(scenario.people)):
+        here = trajectory.people_position[:, i]
+        of_step = np.where(np.isnan(here[:-1, 0]), radius[1:, i], radius[:-1, i]) if len(here) > 1 else radius[:, i]
+        found[f"person{i}"] = _disc_distance(route - here) - of_step
     for i, table in enumerate(scenario.tables):
         legs = [_disc_distance(route - leg) for leg in table.legs]
         found[f"table{i}"] = np.min(legs, axis=0) - table.leg_radius
@@ -109,6 +113,13 @@ def clearance(trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:
     for i, wall in enumerate(scenario.walls):
         found[f"wall{i}"] = wall_distance(route, wall)
     return {name: distance - scenario.robot.radius for name, distance in found.items()}
+
+
+def people_radius(trajectory: Trajectory, scenario: Scenario) -> Array:
+    """Each person's radius at each state, (T + 1, P) [m]."""
+    told = trajectory.people_radius
+    fixed = np.array([person.radius for person in scenario.people])
+    return np.broadcast_to(fixed, trajectory.people_position.shape[:2]) if told is None else told
 
 
 def _disc_distance(relative: Array) -> Array:

@@ -30,7 +30,7 @@ from mjnav.messages import Array, Trajectory
 from mjnav.metrics.definitions import HIGHER, HUNAVSIM, LOWER, NOBODY, TABLE_1, Definition, figures
 from mjnav.metrics.effort import velocity
 from mjnav.metrics.progress import by_blocks, passings
-from mjnav.metrics.safety import thing_distance
+from mjnav.metrics.safety import people_radius, thing_distance
 from mjnav.scene.spec import Scenario
 
 # ---------------------------------------------------------------------------------------- proximity
@@ -42,19 +42,18 @@ COMPLIANT = 0.5  # [m] from which on space is kept; Francis et al. (2023), table
 
 def nearest_person(trajectory: Trajectory, scenario: Scenario) -> Array:
     """Distance from the nearest person's surface at each state, (T + 1,) [m]; infinite where nobody is there."""
-    reach = radii(scenario)
 
-    def nearest(pose: Array, people: Array) -> Array:
+    def nearest(pose: Array, people: Array, reach: Array) -> Array:
         apart = people - pose[:, None, :2]
         distance = np.hypot(apart[..., 0], apart[..., 1]) - reach
         return np.where(np.isnan(distance), np.inf, distance).min(axis=1, initial=np.inf)
 
-    return by_blocks(nearest, trajectory.robot_pose, trajectory.people_position)
+    return by_blocks(nearest, trajectory.robot_pose, trajectory.people_position, radii(trajectory, scenario))
 
 
-def radii(scenario: Scenario) -> Array:
-    """The robot's radius plus each person's, (P,) [m]."""
-    return scenario.robot.radius + np.array([person.radius for person in scenario.people])
+def radii(trajectory: Trajectory, scenario: Scenario) -> Array:
+    """The robot's radius plus each person's, at each state, (T + 1, P) [m]."""
+    return scenario.robot.radius + people_radius(trajectory, scenario)
 
 
 @figures(
@@ -103,9 +102,8 @@ def min_time_to_collision(trajectory: Trajectory, scenario: Scenario) -> float |
     * min_time_to_collision_s: time after which robot and a person would touch if both kept their velocities, minimum
       over ticks and people
     """
-    reach = radii(scenario)
 
-    def least(pose: Array, own: Array, people: Array, walking: Array) -> Array:
+    def least(pose: Array, own: Array, people: Array, walking: Array, reach: Array) -> Array:
         r, q = people - pose[:, None, :2], walking - own[:, None]
         closing, squared = (r * q).sum(-1), (q * q).sum(-1)
         outside = (r * r).sum(-1) - reach**2
@@ -118,7 +116,7 @@ def min_time_to_collision(trajectory: Trajectory, scenario: Scenario) -> float |
         return tau.min(axis=1, initial=np.inf)
 
     columns = (trajectory.robot_pose, velocity(trajectory), trajectory.people_position, trajectory.people_velocity)
-    found = float(by_blocks(least, *columns).min(initial=np.inf))
+    found = float(by_blocks(least, *columns, radii(trajectory, scenario)).min(initial=np.inf))
     return found if np.isfinite(found) else None
 
 

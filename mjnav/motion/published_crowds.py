@@ -1,8 +1,8 @@
 """The crowds of CrowdNav, CrowdNav++ and DS-RNN, case by case: how each case is drawn, and how its people walk.
 
-CrowdNav: Chen et al. 2019 (vita-epfl/CrowdNav); CrowdNav++: Liu et al. 2023 (Shuijing725/CrowdNav_Prediction_AttnGraph);
-DS-RNN: Liu et al. 2021 (Shuijing725/CrowdNav_DSRNN), with the unicycle. A case is defined by NumPy's legacy generator
-under its seed and by the order of the draws. So these draws come from no stream of `mjnav.rng`.
+CrowdNav: Chen et al. 2019 (vita-epfl/CrowdNav). CrowdNav++: Liu et al. 2023 (CrowdNav_Prediction_AttnGraph of
+Shuijing725). DS-RNN: Liu et al. 2021 (CrowdNav_DSRNN of Shuijing725), with the unicycle. NumPy's legacy generator under
+a case's seed, and the order of the draws, define the case: these draws come from no stream of `mjnav.rng`.
 
 People walk by ORCA (`mjnav.motion.orca`) and do not see the robot. Each has a simulator of their own: what they assume
 of everybody's radius, and of the distance up to which others count, was true when they took their first step. The

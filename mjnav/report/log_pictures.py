@@ -86,6 +86,7 @@ def frame_at(trajectory: Trajectory, time: float) -> FilmFrame:
         robot_twist=between(t.robot_twist),
         people_position=between(t.people_position),
         people_velocity=between(t.people_velocity),
+        people_radius=None if t.people_radius is None else t.people_radius[before],
     )
     num_ticks = len(t.tracks)  # the last state has no belief
     if num_ticks:

@@ -47,12 +47,11 @@ class Published:
         """The case's own part of a run file: the robot's start and goal, and the people."""
         crowd = self.made()
         common = {"behaviour": "orca", "sees_robot": False, "loop": False, "personal_space": 0.0}
+        common |= {"time_horizon": HORIZON, "max_neighbours": len(crowd.position) - 1}
+        columns = (crowd.position, crowd.goal, crowd.radius, crowd.max_speed)
         people = [
             {"start": start, "waypoints": [goal], "radius": radius, "speed": min(speed, 1.0), **common}
-            | {"time_horizon": HORIZON, "max_neighbours": len(crowd.position) - 1}
-            for start, goal, radius, speed in zip(
-                *(values.tolist() for values in (crowd.position, crowd.goal, crowd.radius, crowd.max_speed)), strict=True
-            )
+            for start, goal, radius, speed in zip(*(column.tolist() for column in columns), strict=True)
         ]
         start = [*crowd.robot_pose[:2].tolist(), wrap(crowd.robot_pose[2])]
         return {"robot": {"start": start, "goal": crowd.robot_goal.tolist()}, "people": people}
@@ -100,6 +99,7 @@ def check_case(published: Published, scenario: Any) -> None:
     for key, value in found.items():
         if value != places["robot"][key]:
             raise InvalidValue(f"robot.{key}", value, f"{places['robot'][key]}, of case {published.case}")
-    people = [(list(person.start), person.radius) for person in scenario.people]
-    if people != [(person["start"], person["radius"]) for person in places["people"]]:
-        raise InvalidValue("people", f"{len(people)} of them", f"those of case {published.case}, or none: it draws them")
+    people = [{"start": list(person.start), "radius": person.radius} for person in scenario.people]
+    if people != [{key: person[key] for key in ("start", "radius")} for person in places["people"]]:
+        allowed = f"those of case {published.case}, or none, as the case draws them"
+        raise InvalidValue("people", f"{len(people)} of them", allowed)

@@ -122,7 +122,7 @@ class DecisionMessage(Struct):
 
 
 class PersonState(Struct):
-    """A true or a believed person; the truth has no more than a name, a position and a velocity."""
+    """A true or a believed person; the truth has a name, a position, a velocity, and a radius where it changes."""
 
     name: str
     position: Annotated[Array, Meta(description="m")]
@@ -290,8 +290,10 @@ def encode_decision(tick: int, decision: Decision) -> bytes:
 
 def encode_people_truth(tick: int, truth: WorldState) -> bytes:
     """mjnav.People: where they are."""
-    states = zip(truth.people_position.tolist(), truth.people_velocity.tolist(), strict=True)
-    return _encode(People(tick, [PersonState(f"person{i}", *state) for i, state in enumerate(states)]))
+    radii = [UNSET] * len(truth.people_position) if truth.people_radius is None else truth.people_radius.tolist()
+    states = zip(truth.people_position.tolist(), truth.people_velocity.tolist(), radii, strict=True)
+    people = [PersonState(f"person{i}", p, v, radius=radius) for i, (p, v, radius) in enumerate(states)]
+    return _encode(People(tick, people))
 
 
 def _believed(track: Track) -> PersonState:

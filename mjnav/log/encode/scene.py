@@ -144,6 +144,8 @@ class SceneEncoder:
         present = SceneEntity(timestamp=time).SerializeToString()
         passing = SceneEntity(timestamp=time, lifetime=self._lifetime).SerializeToString()
         parts, entities = [self._still], []
+        if truth.people_radius is not None:
+            self._people = {name: _person(name, r) for name, r in zip(self._people, truth.people_radius, strict=True)}
         for (name, person), (x, y) in zip(self._people.items(), truth.people_position.tolist(), strict=True):
             if isnan(x):  # not there: viewers keep an entity until it is deleted
                 gone = SceneEntityDeletion(timestamp=time, id=name)

@@ -281,7 +281,7 @@ _TABLES: tuple[tuple[str, Table], ...] = (
     ("/robot/truth", Table("robot_truth", {"frame": _TEXT, **_POSE}, _placed)),
     ("/robot/estimate", Table("robot_estimate", {"frame": _TEXT, **_POSE}, _placed)),
     ("/tf", Table("tf", {"parent": _TEXT, "child": _TEXT, **_POSE}, _transforms)),
-    ("/people/truth", _documents("people_truth", _PERSON, each="people")),
+    ("/people/truth", _documents("people_truth", {**_PERSON, "radius": _M}, each="people")),
     ("/people/estimate", _documents("people_estimate", _TRACK, each="people")),
     ("/people/estimate", Table("people_detections", {"detection": _NUMBER, **_PLACE}, _detections)),
     ("/detections", _documents("detections", {**_DETECTION, "beams": _NUMBER}, each="detections")),

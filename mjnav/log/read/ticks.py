@@ -35,6 +35,7 @@ def _contact(document: Mapping) -> Contact:
 
 def decode_truth(robot: Mapping, people: Mapping, contacts: Mapping) -> WorldState:
     """The truth from mjnav.RobotState, mjnav.People and mjnav.Contacts."""
+    tells_radius = any("radius" in person for person in people["people"])
     return WorldState(
         time=number(robot["time"]),
         robot_pose=_array(robot["pose"], (3,)),
@@ -42,6 +43,7 @@ def decode_truth(robot: Mapping, people: Mapping, contacts: Mapping) -> WorldSta
         people_position=_array([person["position"] for person in people["people"]], (-1, 2)),
         people_velocity=_array([person["velocity"] for person in people["people"]], (-1, 2)),
         contacts=tuple(_contact(contact) for contact in contacts["contacts"]),
+        people_radius=_array([person["radius"] for person in people["people"]], (-1,)) if tells_radius else None,
     )
 
 
@@ -164,6 +166,8 @@ class TickAssembler:
             num_people = len(truth.people_position if self._held is None else self._held[1].people_position)
             if not len(truth.people_position) == len(truth.people_velocity) == num_people:
                 raise ValueError(f"{num_people} people have become {len(truth.people_position)}")
+            if self._held is not None and (truth.people_radius is None) != (self._held[1].people_radius is None):
+                raise ValueError("radii of people are told in some ticks alone")
             states = _states(found) if all(topic in found for topic in TICK) else None
         except NOT_OURS as error:
             if not self._across_gaps:

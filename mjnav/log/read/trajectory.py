@@ -176,7 +176,7 @@ class TrajectoryBuilder:
             "track_triangle": (p, 10),
             "people_ess": (p,),
         }
-        ticks = len(self)
+        ticks, told = len(self), "people_radius" in self._rows
         columns = {
             name: np.frombuffer(self._rows.get(name, b"")).reshape(ticks + (name in TRUTH), *shape)
             for name, shape in shapes.items()
@@ -191,6 +191,7 @@ class TrajectoryBuilder:
             clipped_ticks=self._clipped,
             cautious_ticks=self._cautious,
             recoveries=self._recoveries,
+            people_radius=np.frombuffer(self._rows["people_radius"]).reshape(-1, p) if told else None,
         )
 
     def _add_truth(self, truth: WorldState) -> None:
@@ -198,6 +199,8 @@ class TrajectoryBuilder:
             self._num_people = len(truth.people_position)
             self._places = {f"person{i}": i for i in range(self._num_people)}
         self._add(**{name: getattr(truth, name) for name in TRUTH})
+        if truth.people_radius is not None:
+            self._add(people_radius=truth.people_radius)
 
     def _add(self, **rows: ArrayLike) -> None:
         """A row of each of these columns."""
