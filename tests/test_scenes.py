@@ -15,6 +15,7 @@ def summary(*overrides: str, scene: str = "hall", controller: str | None = None)
 
 BASIC = ("crossing1", "crossing2", "crossing3", "five", "hall", "lane", "table")
 WITH_CROWDS = tuple(name for name in scene.names() if name not in (*BASIC, "hall-lidar"))  # test_hall_lidar.py
+PUBLISHED = ("crowdnav", "crowdnav-plus", "dsrnn")  # whose people do not see the robot
 METHODS = tuple(control.names())
 
 
@@ -30,7 +31,7 @@ def test_a_second_is_finite_and_deterministic(scene, controller):
     assert first["path_length_m"] > 0.02
 
 
-@pytest.mark.parametrize(("number", "scene"), tuple(enumerate(WITH_CROWDS)))
+@pytest.mark.parametrize(("number", "scene"), tuple(enumerate(sorted({*WITH_CROWDS} - {*PUBLISHED}))))
 def test_scenes_with_people_who_react_run_with_both_kinds_of_people(number, scene):
     controller, hashes, seen = METHODS[number % len(METHODS)], set(), {}
     for sees in ("true", "true", "false"):
@@ -48,6 +49,15 @@ def test_scenes_with_people_who_react_run_with_both_kinds_of_people(number, scen
         hashes.add(figures["state_hash"])
     assert len(hashes) <= 2  # the same for the same seed
     assert seen["true"] != seen["false"] == "none"
+
+
+@pytest.mark.parametrize("controller", METHODS)
+@pytest.mark.parametrize("scene", PUBLISHED)
+def test_two_seconds_of_a_published_crowd_are_finite_under_every_method(scene, controller):
+    figures = summary("time_limit=2", scene=scene, controller=controller)
+    json.dumps(figures, allow_nan=False)
+    assert (figures["outcome"], figures["people_see_robot"]) == ("timeout", "none")
+    assert figures["ticks"] == (20 if scene == "dsrnn" else 8)
 
 
 @pytest.mark.parametrize("scene", WITH_CROWDS)

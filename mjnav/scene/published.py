@@ -17,7 +17,7 @@ from mjnav.geometry.angles import wrap
 from mjnav.motion.published_crowds import CROWDS, HORIZON, MAX_CASE, ROBOT_RADIUS, CrowdRules, PublishedCrowd
 from mjnav.settings import Choice, Range, below, settle, settled
 
-PLACES = ("start", "goal")  # keys of the robot that the case gives
+_NOTHING = "nothing beside [published]: the case gives the robot's start and goal, and all people"
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,9 @@ class Published:
 
 def is_open(document: Mapping[str, Any]) -> bool:
     """Whether a run file names a case whose people are still to be put in."""
-    return "published" in document and not document.get("people")
+    robot = document.get("robot")
+    is_put = isinstance(robot, Mapping) and "start" in robot and bool(document.get("people"))
+    return "published" in document and not is_put
 
 
 def put_case(document: Mapping[str, Any], seed: int) -> dict[str, Any]:
@@ -68,9 +70,10 @@ def put_case(document: Mapping[str, Any], seed: int) -> dict[str, Any]:
         published = settled(Published, document["published"])
         case = settled(Published, {"crowd": published.crowd, "case": seed}) if published.case is None else published
     robot = document.get("robot", {})
-    for key in (*PLACES, "waypoints") if isinstance(robot, Mapping) else ():
-        if key in robot:
-            raise InvalidValue(f"robot.{key}", robot[key], "nothing beside [published]: the case gives start and goal")
+    for table, key in ((robot, "start"), (robot, "goal"), (robot, "waypoints"), (document, "people")):
+        if isinstance(table, Mapping) and table.get(key):
+            full, found = ("people", f"{len(table[key])} of them") if key == "people" else (f"robot.{key}", table[key])
+            raise InvalidValue(full, found, _NOTHING)
     places = case.places
     robot = {**robot, **places["robot"]} if isinstance(robot, Mapping) else robot
     table = {"crowd": case.crowd, "case": case.case}
@@ -79,8 +82,8 @@ def put_case(document: Mapping[str, Any], seed: int) -> dict[str, Any]:
 
 def check_case(published: Published, scenario: Any) -> None:
     """Raises InvalidValue for a scenario that cannot hold the case as it was published."""
-    with below("published"):
-        Range(0, MAX_CASE).check("case", -1 if published.case is None else published.case)
+    if published.case is None:
+        raise InvalidValue("robot.start", scenario.robot.start, _NOTHING)
     robot, physics, places = scenario.robot, scenario.physics, published.places
     why = f"beside [published]: the people of {published.crowd} are moved as published"
     if physics.engine != "kinematic":
@@ -101,5 +104,4 @@ def check_case(published: Published, scenario: Any) -> None:
             raise InvalidValue(f"robot.{key}", value, f"{places['robot'][key]}, of case {published.case}")
     people = [{"start": list(person.start), "radius": person.radius} for person in scenario.people]
     if people != [{key: person[key] for key in ("start", "radius")} for person in places["people"]]:
-        allowed = f"those of case {published.case}, or none, as the case draws them"
-        raise InvalidValue("people", f"{len(people)} of them", allowed)
+        raise InvalidValue("people", f"{len(people)} of them", f"those of case {published.case}, or none")
