@@ -340,8 +340,11 @@ def with_draws(schema: Schema) -> Schema:
         schema["properties"][name]["items"] = {"anyOf": [items, _draft(kind.drawn, schema)]}
     is_draft = [{"required": ["start_area"]}, {"required": ["goal_area"]}, _SOME_DRAW]
     robot = {**_draft(DrawnRobot, schema), "anyOf": is_draft}
-    schema["properties"]["robot"] = {"anyOf": [schema["properties"]["robot"], robot]}
-    return schema
+    # With [published] no start is given.
+    unplaced = {**schema["$defs"]["Robot"], "required": [], "not": {"required": ["start"]}}
+    schema["properties"]["robot"] = {"anyOf": [schema["properties"]["robot"], robot, unplaced]}
+    placed = {"properties": {"robot": {"anyOf": [{"required": ["start"]}, robot]}}}
+    return {**schema, "if": {"not": {"required": ["published"]}}, "then": placed}
 
 
 def _draft(drawn: type, schema: Schema) -> Schema:
