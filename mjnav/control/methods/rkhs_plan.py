@@ -44,12 +44,13 @@ class RkhsPlanParameters(PlannerParameters):
 
     samples: Annotated[Count, "S, number of joint samples"] = 48
     safety_margin: Annotated[float, Range(0.0, MOST, "m"), "added to the combined radius R"] = 0.0
-    weight: Annotated[Weight, "lambda, of the risk"] = 3.35
+    weight: Annotated[Weight, "lambda, of the risk"] = 8.0
     degree: Annotated[int, Range(1, 10), "d of the kernel (x y + 1)^d"] = 2
-    margin: Annotated[Margin, "m of what moves, at the moment of effect"] = 0.416
-    margin_growth: Annotated[float, Range(0.0, MOST, "m/s"), "by which the margin of what moves grows"] = 0.153
+    margin: Annotated[Margin, "m of what moves, at the moment of effect"] = 0.15
+    margin_growth: Annotated[float, Range(0.0, MOST, "m/s"), "by which the margin of what moves grows"] = 0.1
     standing_margin: Annotated[Margin, "m of what stands, and of lane boundaries"] = 0.052
-    fading: Annotated[Seconds, "time in which violations by what moves fade to 1/e"] = 4.9
+    effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.05
+    fading: Annotated[Seconds, "time in which violations by what moves fade to 1/e"] = 1.5
 
 
 class RkhsPlan(Planner[RkhsPlanParameters]):
