@@ -67,6 +67,7 @@ def test_metrics_from_a_log_are_those_in_memory_where_radii_change(tmp_path):
     overrides = {"stop_on_collision": False, "robot.goal_tolerance": 0.01}
     result = mjnav.run(load_scenario("crowdnav-plus", overrides, seed=9), controller="mean", log=path)
     radius = result.trajectory.people_radius
+    assert radius is not None
     assert (np.ptp(radius, axis=0) > 0.0).sum() > 3  # newcomers
     log = mjnav.open_log(path)
     for field in dataclasses.fields(result.trajectory):
