@@ -1,0 +1,141 @@
+"""What it is worth to know how people go on: one planner in CrowdNav++ under four predictions, the last of them true.
+
+    uv run python examples/knowledge/ladder.py --cases 250 --first 250 --workers 2
+
+A unicycle is told the true positions and velocities within 5 m, decides every 0.25 s, and reaches speed and turn rate
+of each decision at once, within its accelerations. Cases from 250 on are other layouts than the published ones.
+"""
+
+import argparse
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from copy import deepcopy
+from functools import partial
+from multiprocessing import get_context
+from types import MappingProxyType
+
+import numpy as np
+
+from mjnav.control import make_controller
+from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
+from mjnav.metrics.intervals import wilson
+from mjnav.motion.published_crowds import ROBOT_RADIUS, PublishedCrowd
+from mjnav.motion.unicycle import integrate, reachable
+
+SIGHT, GOAL, LIMIT = 5.0, 0.3, 49.0  # [m] from surface to surface, [m], [s]
+STEPS = 16  # of the crowd, that are predicted: 4 s
+SAMPLES = 24  # of each person, where people may turn
+TURNS = 0.3  # [1/s]
+STOPS = 0.2  # probability that who turns stops
+
+Futures = Array  # (P, M, STEPS, 2) [m]
+
+
+def straight(crowd: PublishedCrowd, rng: np.random.Generator) -> Futures:
+    """Everybody goes straight on."""
+    time = crowd.rules.period * np.arange(1, STEPS + 1)[:, None]
+    return (crowd.position[:, None] + crowd.velocity[:, None] * time)[:, None]
+
+
+def turns(crowd: PublishedCrowd, rng: np.random.Generator) -> Futures:
+    """x + v min(t, tau) + v' [t - tau]+, tau exponential, v' the velocity turned by any angle, or 0: they stop."""
+    shape, time = (len(crowd.position), SAMPLES), crowd.rules.period * np.arange(1, STEPS + 1)
+    tau = -np.log1p(-rng.random(shape)) / TURNS
+    angle = rng.uniform(-np.pi, np.pi, shape)
+    c, s = np.cos(angle), np.sin(angle)
+    vx, vy = crowd.velocity.T[:, :, None]
+    after = np.stack([c * vx - s * vy, s * vx + c * vy], axis=-1) * (rng.random(shape) >= STOPS)[..., None]
+    until = np.minimum(time, tau[..., None])[..., None]
+    behind = time[:, None] - until
+    return crowd.position[:, None, None] + crowd.velocity[:, None, None] * until + after[:, :, None] * behind
+
+
+def reactions(crowd: PublishedCrowd, rng: np.random.Generator) -> Futures:
+    """People want to go on as they go, and avoid one another by their law."""
+    ahead = deepcopy(crowd)
+    ahead.goal = ahead.position + 100.0 * ahead.velocity
+    ahead.max_speed = np.maximum(np.hypot(*ahead.velocity.T), 0.1)
+    return _walked(ahead)
+
+
+def truth(crowd: PublishedCrowd, rng: np.random.Generator) -> Futures:
+    """The future itself, with all goals and draws to come."""
+    return _walked(deepcopy(crowd))
+
+
+def _walked(crowd: PublishedCrowd) -> Futures:
+    found = []
+    for _ in range(STEPS):
+        crowd.move(crowd.velocities(), crowd.robot)
+        found.append(crowd.position)
+    return np.stack(found, axis=1)[:, None]
+
+
+PREDICTIONS: Mapping[str, Callable[[PublishedCrowd, np.random.Generator], Futures]] = MappingProxyType(
+    {"straight": straight, "turns": turns, "reactions": reactions, "truth": truth}
+)
+
+
+def episode(prediction: str, method: str, limits: RobotLimits, case: int) -> tuple[str, float]:
+    """How a case ends, and when [s]."""
+    crowd, rng = PublishedCrowd("crowdnav-plus", case), np.random.default_rng(case)
+    period, pose, twist, ahead = crowd.rules.period, crowd.robot_pose, np.zeros(2), PREDICTIONS[prediction]
+    controller = make_controller(method, limits, period, preferred_speed=1.0)
+    while crowd.time < LIMIT:
+        futures = ahead(crowd, rng)
+        num = futures.shape[1]
+        gaps = np.hypot(*(crowd.position - pose[:2]).T) - crowd.radius - ROBOT_RADIUS
+        people = [
+            ObstacleSamples(
+                np.repeat(crowd.position[[i]], num, 0), np.repeat(crowd.velocity[[i]], num, 0), crowd.radius[i],
+                futures[i], period,
+            )
+            for i in np.flatnonzero(gaps <= SIGHT)
+        ]  # fmt: skip
+        decision = controller.decide(
+            Observation(
+                np.repeat(pose[None], num, 0), np.zeros((num, 2)), twist, tuple(people), crowd.robot_goal,
+                time=crowd.time,
+            )
+        )  # fmt: skip
+        twist = np.clip((decision.v, decision.omega), *reachable(twist, limits, period))
+        pose = integrate(pose, *twist, period)
+        contacts, _ = crowd.move(crowd.velocities(), pose[:2])
+        if contacts.any():
+            return "collision", crowd.time
+        if np.hypot(*(pose[:2] - crowd.robot_goal)) < GOAL:
+            return "goal", crowd.time
+    return "time-out", crowd.time
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Prints a row for each prediction."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cases", type=int, default=20)
+    parser.add_argument("--first", type=int, default=250)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--method", default="rkhs-plan")
+    parser.add_argument("--acceleration", type=float, default=2.0)
+    parser.add_argument("--min-speed", type=float, default=0.0)
+    parser.add_argument("--prediction", choices=PREDICTIONS, action="append")
+    given = parser.parse_args(arguments)
+    limits = RobotLimits(
+        min_speed=given.min_speed, max_acceleration=given.acceleration, max_turn_acceleration=12.0, radius=ROBOT_RADIUS
+    )
+    cases = range(given.first, given.first + given.cases)
+    with ProcessPoolExecutor(given.workers, get_context("spawn")) as pool:
+        for prediction in given.prediction or PREDICTIONS:
+            ends = list(pool.map(partial(episode, prediction, given.method, limits), cases))
+            count = {end: sum(found == end for found, _ in ends) for end in ("goal", "collision", "time-out")}
+            low, high = wilson(count["goal"], len(ends))
+            times = [time for end, time in ends if end == "goal"]
+            print(
+                f"{prediction:10} success {100 * count['goal'] / len(ends):5.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
+                f"  collisions {count['collision']}  time-outs {count['time-out']}"
+                f"  time {np.mean(times) if times else np.nan:.2f} s",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,38 @@
+"""The example of what is known of people: the true future is one, and every prediction drives."""
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from mjnav.motion.published_crowds import PublishedCrowd
+
+FILE = Path(__file__).parents[2] / "examples" / "knowledge" / "ladder.py"
+spec = importlib.util.spec_from_file_location("ladder", FILE)
+ladder = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(ladder)
+
+
+def test_the_true_future_is_where_people_are_then_and_the_others_begin_there():
+    crowd, rng = PublishedCrowd("crowdnav-plus", 300), np.random.default_rng(0)
+    for _ in range(8):
+        crowd.move(crowd.velocities(), crowd.robot)
+    found = {name: predict(crowd, rng) for name, predict in ladder.PREDICTIONS.items()}
+    near = crowd.position[:, None] + crowd.rules.period * crowd.velocity[:, None]
+    assert np.abs(found["straight"][:, :, 0] - near).max() < 1e-12
+    assert np.abs(np.median(found["turns"][:, :, 0], axis=1, keepdims=True) - near).max() < 0.05
+    for step in range(ladder.STEPS):
+        crowd.move(crowd.velocities(), crowd.robot)
+        assert (found["truth"][:, 0, step] == crowd.position).all()
+    last = {name: np.hypot(*(paths[:, 0, -1] - crowd.position).T).mean() for name, paths in found.items()}
+    assert last["truth"] == 0.0 < last["reactions"] < last["turns"]
+
+
+def test_the_ladder_prints_a_row_for_each_prediction():
+    done = subprocess.run([sys.executable, FILE, "--cases", "1", "--first", "300"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    rows = done.stdout.splitlines()
+    assert [row.split()[0] for row in rows] == list(ladder.PREDICTIONS)
+    assert "success 100.0 %" in rows[-1]
