@@ -32,13 +32,13 @@ from mjnav.settings import Range
 class MppiPlusParameters(PlannerParameters):
     """The planner's parameters, tuned as far as those of `rkhs-plan`, and the weights of the risk."""
 
-    temperature: Annotated[Positive, "of the weights exp(-cost / temperature)"] = 0.0291
-    goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.377
-    progress_weight: Annotated[Weight, "w_P, of the way that is left"] = 1.76
-    effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.11
+    temperature: Annotated[Positive, "of the weights exp(-cost / temperature)"] = 0.0565
+    goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.185
+    progress_weight: Annotated[Weight, "w_P, of the way that is left"] = 2.72
+    effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.0507
     risk_bound: Annotated[Share, "probability of a collision, at any one step, above which a plan is infeasible"] = 0.1
-    safety_margin: Annotated[float, Range(0.0, MOST, "m"), "added to the combined radius R"] = 0.0759
-    weight: Annotated[Weight, "lambda, per second of expected collision with each disc and wall"] = 4.98
+    safety_margin: Annotated[float, Range(0.0, MOST, "m"), "added to the combined radius R"] = 0.0737
+    weight: Annotated[Weight, "lambda, per second of expected collision with each disc and wall"] = 6.97
     lane_weights: LaneWeights = (10.0, 10.0)  # [1/s] of the expected time beyond each
 
 
