@@ -90,16 +90,16 @@ def time_to_contact(path, observation, radius, step):
     return total / num
 
 
-@pytest.mark.parametrize("method", ["mppi-plus", "rkhs-plan"])
-def test_where_nothing_is_feasible_the_plan_leaves_the_most_time(alone, limits, method):
+@pytest.mark.parametrize(("method", "far_sighted"), [("mppi-plus", {}), ("rkhs-plan", {"fading": 5.0, "margin": 0.4})])
+def test_where_nothing_is_feasible_the_plan_leaves_the_most_time(alone, limits, method, far_sighted):
     rng, people = np.random.default_rng(0), []
     for j in range(9):
         angle, distance = 2.0 * pi * j / 9, 1.0 + 0.05 * j  # a gap closes last at one side
         towards = np.array([cos(angle), sin(angle)])
         position = distance * towards + 0.02 * rng.normal(size=(4, 2))
-        people.append(ObstacleSamples(position, np.tile(-1.0 * towards, (4, 1)), 0.3))
+        people.append(ObstacleSamples(position, np.tile(-0.5 * towards, (4, 1)), 0.3))
     o = alone(num_samples=4, twist=(0.0, 0.0), obstacles=people)
-    controller = make_controller(method, limits, 0.1, **FEW, safety_margin=0.0)
+    controller = make_controller(method, limits, 0.1, **FEW, **far_sighted, safety_margin=0.0)
     weighed = watch(controller)
     decision = controller.decide(o)
     assert decision.status == Status.INFEASIBLE
