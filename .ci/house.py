@@ -17,29 +17,29 @@ from types import FrameType
 
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
-    ".": 579,
+    ".": 583,
     "cli": 2353,
     "compile": 303,
     "constraints": 357,
-    "control": 3129,
+    "control": 3144,
     "filters": 297,
     "geometry": 747,
-    "gym": 271,
-    "log": 3269,
-    "loop": 2227,
-    "metrics": 1998,
-    "motion": 388,
+    "gym": 273,
+    "log": 3280,
+    "loop": 2232,
+    "metrics": 2005,
+    "motion": 558,
     "noise": 692,
     "paper": 1095,
-    "report": 2605,
+    "report": 2606,
     "rkhs": 97,
-    "robot": 3702,
-    "scene": 3022,
+    "robot": 3707,
+    "scene": 3117,
     "settings": 806,
     "study": 3323,
-    "world": 2548,
+    "world": 2627,
 }
-MOST_FILES = 308
+MOST_FILES = 311
 MOST_IMPORTS = 0.104  # of all code lines
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
