@@ -11,7 +11,10 @@ import mjnav
 from mjnav.study.study_file import load_study
 
 FOLDER = Path(__file__).parents[2] / "examples" / "ablations"
-PARTS = "NoGuides NoArcs StraightWay NoTail CheapestOnly TimeIntegral EachObstacle ContactShare SafestMatched Gaussian Ball Herded"
+PARTS = """
+    NoGuides NoArcs StraightWay NoTail CheapestOnly TimeIntegral EachObstacle ContactShare SafestMatched Gaussian Ball
+    Herded
+"""
 
 
 @pytest.fixture(scope="module")
