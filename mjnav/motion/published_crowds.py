@@ -31,38 +31,36 @@ GOALS_EVERY = 5.0  # [s] between chances to change one's goal
 WIDEST_NOISE = 2.0  # [m] along x and y, of starts in CrowdNav++
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CrowdRules:
-    """What tells one crowd from the others."""
+    """What tells one crowd from the others; the defaults are those of the later two."""
 
-    source: str
     first_seed: int  # of case 0
-    seeds_each: int  # from one case to the next
-    num_cases: int  # that results are published for
+    seeds_each: int = 2  # from one case to the next
     num_people: int
     period: float  # [s] of a step
     circle: float  # [m] radius on which people start
-    apart: float  # [m] between surfaces where somebody is drawn, also from the others' goals
-    robot_apart: float | None  # [m] the same between the centres of robot and person; None: as for people
-    safety: float  # [m] that every radius counts for more, beside MARGIN
-    varied: bool  # whether radius and speed are drawn
+    apart: float = 0.25  # [m] between surfaces where somebody is drawn, also from the others' goals
+    robot_apart: float | None = None  # [m] the same between the centres of robot and person; None: as for people
+    safety: float = 0.15  # [m] that every radius counts for more, beside MARGIN
+    varied: bool = True  # whether radius and speed are drawn
     at_goal: Literal["stays", "new goal", "newcomer"]
     change: float  # probability of another goal, every GOALS_EVERY
-    swept: bool  # contact over the whole step, with the velocity of the step before; or overlap at its end
-    limit_first: bool  # whether the time limit comes before a contact and the goal
+    swept: bool = False  # contact over the whole step, with the velocity of the step before; or overlap at its end
+    limit_first: bool = True  # whether the time limit comes before a contact and the goal
 
 
 CROWDS = MappingProxyType(
     {
         "crowdnav": CrowdRules(
-            "CrowdNav (Chen et al. 2019)", 1000, 1, 500, 5, 0.25, 4.0, 0.2, None, 0.0, False, "stays", 0.0, True, False
+            first_seed=1000, seeds_each=1, num_people=5, period=0.25, circle=4.0, apart=0.2, safety=0.0, varied=False,
+            at_goal="stays", change=0.0, swept=True, limit_first=False,
         ),
         "crowdnav-plus": CrowdRules(
-            "CrowdNav++ (Liu et al. 2023)", 1425, 2, 250, 20, 0.25, 6.0 * np.sqrt(2.0), 0.25, None, 0.15, True,
-            "newcomer", 0.5, False, True,
+            first_seed=1425, num_people=20, period=0.25, circle=6.0 * np.sqrt(2.0), at_goal="newcomer", change=0.5
         ),
         "dsrnn": CrowdRules(
-            "DS-RNN (Liu et al. 2021)", 1000, 2, 250, 5, 0.1, 6.0, 0.25, 3.0, 0.15, True, "new goal", 0.25, False, True
+            first_seed=1000, num_people=5, period=0.1, circle=6.0, robot_apart=3.0, at_goal="new goal", change=0.25
         ),
     }
 )  # fmt: skip
@@ -131,7 +129,7 @@ class PublishedCrowd:
         if rules.change and self.time % GOALS_EVERY == 0.0:
             for i in range(len(self.position)):
                 if self._rng.random_sample() <= rules.change:
-                    self._put(goal=(i, self._goal(i)))
+                    self._put(i, goal=self._goal(i))
         newcomers = self._at_goal()
         if rules.swept:
             distance = segment_distance(np.zeros(2), before, after)
@@ -147,22 +145,19 @@ class PublishedCrowd:
                 continue
             if rules.at_goal == "new goal":
                 self._rng.random_sample()  # whether there is one: always
-                self._put(goal=(i, self._goal(i)))
+                self._put(i, goal=self._goal(i))
                 continue
             row = self._person()
-            self._put(
-                position=(i, row[:2]), goal=(i, -row[:2]), velocity=(i, np.zeros(2)), radius=(i, row[2]),
-                max_speed=(i, row[3]),
-            )  # fmt: skip
+            self._put(i, position=row[:2], goal=-row[:2], velocity=0.0, radius=row[2], max_speed=row[3])
             self._new[i] = True
             replaced.append(i)
         return replaced
 
-    def _put(self, **rows: tuple[int, object]) -> None:
-        """Replaces a row of these arrays."""
-        for name, (i, row) in rows.items():
+    def _put(self, person: int, **values: Array | float) -> None:
+        """Replaces a person's row of these arrays."""
+        for name, value in values.items():
             changed = getattr(self, name).copy()
-            changed[i] = row
+            changed[person] = value
             setattr(self, name, changed)
 
     # ------------------------------------------------------------------------------------------- draws

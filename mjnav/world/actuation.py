@@ -71,9 +71,8 @@ def _ramp(
 ):
     """Moves the set-point in place, one step a row of `twists`, which receives it with the noise.
 
-    It moves in every `hold`-th step; the last time was `since` steps ago, modulo `hold`.
-
-    Step by step, so that the bits do not depend on where a call ends.
+    It moves in every `hold`-th step; the last time was `since` steps ago, modulo `hold`. Step by step, so that the bits
+    do not depend on where a call ends.
     """
     for j in range(2):
         target = min(max(command[j], low[j]), high[j])
