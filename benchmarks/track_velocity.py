@@ -4,7 +4,7 @@
 
 People walk straight on at 1.2 m/s, stop, turn by a right angle or start, at 10 Hz. Under `detections` their places come
 with the noise of the profile; under `lidar` with 3 cm, as a scan shows them from 3 m, and no identity. Printed for
-every filter, and for the bootstrap filter with one thing changed at a time, over N seeds (12 by default):
+every filter, over N seeds (12 by default):
 
     error        std of a velocity component while somebody walks straight on, of settled tracks
     change       the same of its change from one tick to the next
@@ -23,9 +23,7 @@ from mjnav.messages import Array, Detection, Reading, RobotBelief
 from mjnav.noise import profile
 from mjnav.rng import stream
 from mjnav.robot.estimation import TRACKERS, estimator_class
-from mjnav.robot.estimation.base import FilterSettings
 from mjnav.robot.estimation.lidar.tracker import KalmanLidarTracker, LidarTracker
-from mjnav.robot.estimation.particle import ParticleTracker, PersonMotion
 
 PERIOD, SPEED, CHANGE, TICKS, SETTLED = 0.1, 1.2, 100, 160, 20
 LAGS, BANDS = (1, 2, 3, 5, 10), (0.5, 1.5)
@@ -96,30 +94,15 @@ def by_scans(kind: type[LidarTracker], seed: int) -> object:
     return kind(Scans(seed), 200, seed)
 
 
-def bootstrap(noise, num: int, settings: FilterSettings | None, motion: PersonMotion | None, seed: int) -> object:
-    return ParticleTracker(noise, num, (0.3,) * 4, seed, settings, motion)
-
-
 def filters(source: str, noise) -> dict[str, Callable[[int], object]]:
     """Makers of trackers by name."""
     if source == "lidar":
         kinds = {"particle": LidarTracker, "kalman": KalmanLidarTracker}
         return {name: partial(by_scans, kind) for name, kind in kinds.items()}
-    radii = (0.3,) * 4
-    chosen = [name.partition(".")[2] for name in TRACKERS if name.startswith("detections.")]
-    found = {
-        name: partial(estimator_class(TRACKERS[f"detections.{name}"]), noise, 200, radii) for name in sorted(chosen)
+    return {
+        name: partial(estimator_class(TRACKERS[f"detections.{name}"]), noise, 200, (0.3,) * 4)
+        for name in ("particle", "kalman")
     }
-    smooth, seldom = FilterSettings(roughening=0.0), PersonMotion(turn_rate=0.1)
-    changed = {
-        "20000 particles": (20_000, None, None),
-        "20000, no roughening": (20_000, smooth, None),
-        "turn_rate 0.1": (200, None, seldom),
-        "20000, no roughening, turn_rate 0.1": (20_000, smooth, seldom),
-    }
-    for name, (num, settings, motion) in changed.items():
-        found[f"particle, {name}"] = partial(bootstrap, noise, num, settings, motion)
-    return found
 
 
 def main() -> None:

@@ -1,8 +1,6 @@
 """Particle filter operations: Bayes' rule, effective sample size, weighted moments, systematic resampling, roughening.
 
-The weights are compiled for B filters side by side: particles are (B, n, d), weights (B, n) and sum to one.
-
-Resampling is seeded, and takes the particles (n, d) of one filter. Roughening counters the depletion that resampling
+Particles are (n, d), their weights (n,) sum to one. Resampling is seeded; roughening counters the depletion that it
 brings.
 """
 
@@ -10,7 +8,7 @@ from math import atan2, cos, sin
 
 import numpy as np
 
-from mjnav.compile.compiled import Cube, Indices, Matrix, Vector, exact, kernel
+from mjnav.compile.compiled import Indices, Matrix, Vector, exact, kernel
 from mjnav.geometry.angles import wrapped
 from mjnav.messages import Array
 
@@ -18,77 +16,69 @@ from mjnav.messages import Array
 
 
 @kernel
-def reweigh(weights: Matrix, likelihoods: Cube):
-    """Bayes' rule, w_i prod_c l_ci / sum: the posterior (B, n), and sum_i w_i l_ci of each factor, (C, B).
+def reweigh(weights: Vector, likelihoods: Matrix):
+    """Bayes' rule, w_i prod_c l_ci / sum: the posterior (n,), and sum_i w_i l_ci of each factor, (C,).
 
-    `likelihoods` (C, B, n) are positive. Where every product underflows the posterior is uniform.
+    `likelihoods` (C, n) are positive. Where every product underflows the posterior is uniform.
     """
-    num_factors, num_filters, n = likelihoods.shape
-    posterior, expected = np.empty((num_filters, n)), np.empty((num_factors, num_filters))
-    for b in range(num_filters):
+    num_factors, n = likelihoods.shape
+    posterior, expected = weights.copy(), np.empty(num_factors)
+    for c in range(num_factors):
+        mean = 0.0
         for i in range(n):
-            posterior[b, i] = weights[b, i]
-        for c in range(num_factors):
-            mean = 0.0
-            for i in range(n):
-                mean += weights[b, i] * likelihoods[c, b, i]
-                posterior[b, i] *= likelihoods[c, b, i]
-            expected[c, b] = mean
-        total = 0.0
-        for i in range(n):
-            total += posterior[b, i]
-        for i in range(n):
-            posterior[b, i] = posterior[b, i] / total if total > 0.0 else 1.0 / n
+            mean += weights[i] * likelihoods[c, i]
+            posterior[i] *= likelihoods[c, i]
+        expected[c] = mean
+    total = 0.0
+    for i in range(n):
+        total += posterior[i]
+    for i in range(n):
+        posterior[i] = posterior[i] / total if total > 0.0 else 1.0 / n
     return posterior, expected
 
 
 @kernel
-def ess(weights: Matrix):
-    """Effective sample size (sum w)^2 / sum w^2 (Kong, Liu & Wong 1994), (B,): from 1 to n."""
-    size = np.empty(len(weights))
-    for b in range(len(weights)):
-        total, squares = 0.0, 0.0
-        for w in weights[b]:
-            total += w
-            squares += w * w
-        size[b] = total * total / squares
-    return size
+def ess(weights: Vector):
+    """Effective sample size (sum w)^2 / sum w^2 (Kong, Liu & Wong 1994): from 1 to n."""
+    total, squares = 0.0, 0.0
+    for w in weights:
+        total += w
+        squares += w * w
+    return total * total / squares
 
 
 @kernel
-def weighted_moments(particles: Cube, weights: Matrix, heading: int = -1):
-    """Mean (B, d) and covariance sum_i w_i e_i e_i^T (B, d, d).
+def weighted_moments(particles: Matrix, weights: Vector, heading: int = -1):
+    """Mean (d,) and covariance sum_i w_i e_i e_i^T (d, d) of particles (n, d).
 
     Column `heading` is an angle [rad]: its mean is the direction of the mean unit vector, its deviations are wrapped.
     """
-    num_filters, n, d = particles.shape
-    mean, covariance = np.empty((num_filters, d)), np.empty((num_filters, d, d))
+    n, d = particles.shape
+    mean, covariance = np.empty(d), np.empty((d, d))
     e, weighted = np.empty((d, n)), np.empty(n)  # a row a column of the particles: long inner loops
-    for b in range(num_filters):
-        w = weights[b]
-        for j in range(d):
-            row = e[j]
+    for j in range(d):
+        row = e[j]
+        for i in range(n):
+            row[i] = particles[i, j]
+        if j == heading:
+            mean[j] = _direction(row, weights)
             for i in range(n):
-                row[i] = particles[b, i, j]
-            if j == heading:
-                mean[b, j] = _direction(row, w)
-                for i in range(n):
-                    row[i] = wrapped(row[i] - mean[b, j])
-            else:
-                centre = 0.0
-                for i in range(n):
-                    centre += w[i] * row[i]
-                for i in range(n):
-                    row[i] -= centre
-                mean[b, j] = centre
-        for j in range(d):
+                row[i] = wrapped(row[i] - mean[j])
+        else:
+            centre = 0.0
             for i in range(n):
-                weighted[i] = w[i] * e[j, i]
-            for k in range(j, d):
-                total = 0.0
-                for i in range(n):
-                    total += weighted[i] * e[k, i]
-                covariance[b, j, k] = covariance[b, k, j] = total
+                centre += weights[i] * row[i]
+            for i in range(n):
+                row[i] -= centre
+            mean[j] = centre
+    for j in range(d):
+        for i in range(n):
+            weighted[i] = weights[i] * e[j, i]
+        for k in range(j, d):
+            total = 0.0
+            for i in range(n):
+                total += weighted[i] * e[k, i]
+            covariance[j, k] = covariance[k, j] = total
     return mean, covariance
 
 

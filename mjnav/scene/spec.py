@@ -164,8 +164,8 @@ class ObstacleEstimation:
     filter: Annotated[
         str,
         Choice(("particle", "rao-blackwell", "kalman")),
-        "of each person; rao-blackwell: each particle is a history of walks, turns and stops with a Kalman filter of "
-        "its own, as particle is where source is lidar; none where source is direct",
+        "of each person; particle: each particle is a history of walks, turns and stops with a Kalman filter of its "
+        "own; rao-blackwell: the same; none where source is direct",
     ] = "particle"
     particles: Annotated[int, _PARTICLES, "number of particles or draws of each person"] = 200
     tracker: Annotated[

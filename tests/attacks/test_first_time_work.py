@@ -86,7 +86,7 @@ def test_what_is_loaded_compiled_or_imported_is_seen():
     load_kernels()
     sys.modules.pop("tabnanny", None)
     with first_time_work() as work:
-        ess(np.ones((1, 2), np.float32))  # from the cache, but for the first time ever
+        ess(np.ones(2, np.float32))  # from the cache, but for the first time ever
         njit(lambda x: x + 1)(1)
         import_module("tabnanny")
     assert {"a pass of the compiler", "<lambda>", "tabnanny"} <= set(work)

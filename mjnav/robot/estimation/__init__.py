@@ -25,11 +25,11 @@ LOCALIZERS: Mapping[str, str] = MappingProxyType(
 )
 TRACKERS: Mapping[str, str] = MappingProxyType(
     {
-        "detections.particle": "mjnav.robot.estimation.particle:ParticleTracker",
+        "detections.particle": "mjnav.robot.estimation.tracker:ParticleTracker",
         "detections.kalman": "mjnav.robot.estimation.tracker:KalmanTracker",
-        "detections.rao-blackwell": "mjnav.robot.estimation.tracker:RaoBlackwellTracker",
+        "detections.rao-blackwell": "mjnav.robot.estimation.tracker:ParticleTracker",  # its particles are such
         "lidar.particle": "mjnav.robot.estimation.lidar.tracker:LidarTracker",
-        "lidar.rao-blackwell": "mjnav.robot.estimation.lidar.tracker:LidarTracker",  # whose particles are such
+        "lidar.rao-blackwell": "mjnav.robot.estimation.lidar.tracker:LidarTracker",
         "lidar.kalman": "mjnav.robot.estimation.lidar.tracker:KalmanLidarTracker",
         "direct": "mjnav.robot.estimation.direct:DirectTracker",
     }

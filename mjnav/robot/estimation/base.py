@@ -239,8 +239,8 @@ def _moments(particles: Array, weights: Array | None, heading: int) -> tuple[Arr
     particles = np.ascontiguousarray(finite("particles", particles, None, 3 if heading == HEADING else 4))
     num = len(particles)
     weights = np.full(num, 1.0 / num) if weights is None else finite("weights", weights, num)
-    (mean,), (covariance,) = weighted_moments(particles[None], weights[None], heading)
-    return particles, weights, mean, covariance, float(ess(weights[None])[0])
+    mean, covariance = weighted_moments(particles, weights, heading)
+    return particles, weights, mean, covariance, ess(weights)
 
 
 def person_names(num_people: int) -> tuple[str, ...]:

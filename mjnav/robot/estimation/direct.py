@@ -22,15 +22,8 @@ from mjnav.robot.estimation.base import (
     person_track,
     widened,
 )
-from mjnav.robot.estimation.particle import (
-    DETECTION_CHANNELS,
-    ODOMETRY_CHANNELS,
-    POSE_CHANNELS,
-    PersonMotion,
-    detection_samples,
-    moved,
-    pose_samples,
-)
+from mjnav.robot.estimation.particle import ODOMETRY_CHANNELS, POSE_CHANNELS, moved, pose_samples
+from mjnav.robot.estimation.tracker import DETECTION_CHANNELS, MOTION
 
 VELOCITY_WINDOW = 1.0  # [s] of detections behind a velocity: shorter is noisier, longer lags behind a turn
 
@@ -51,7 +44,7 @@ class DirectLocalizer(PoseEstimator):
         particles = pose_samples(reading, self._noise, self._weights.size, self._stream)
         if "pose" in reading.dropped and self._belief is not None:
             particles = moved(self._belief.particles, reading, self._odometry, self._motion_streams)
-        (mean,), (covariance,) = weighted_moments(particles[None], self._weights[None], HEADING)
+        mean, covariance = weighted_moments(particles, self._weights, HEADING)
         self._belief = RobotBelief(
             reading.time, particles, self._weights, mean, covariance, ess=float(self._weights.size)
         )
@@ -74,7 +67,7 @@ class DirectTracker(PeopleTracker):
         super().__init__(radii, seed)
         self._noise = [noise[channel] for channel in DETECTION_CHANNELS]
         self._weights = np.full(num_particles, 1.0 / num_particles)
-        walking_speed = PersonMotion().walking_speed
+        walking_speed = MOTION.walking_speed
         std = [max(channel.std, LEAST_STD[name]) for channel, name in zip(self._noise, DETECTION_CHANNELS, strict=True)]
         self._ridge = np.square(np.asarray(std) / walking_speed)  # (2,) r [s^2]
         self._streams = [stream(seed, "estimation.direct", name) for name in self._names]
@@ -106,9 +99,9 @@ class DirectTracker(PeopleTracker):
         else:
             velocity = np.repeat(reading.people_velocity[:, None], self._weights.size, axis=1)
         particles = np.nan_to_num(np.concatenate([position, velocity], axis=-1))
-        weights = np.tile(self._weights, (len(particles), 1))
-        mean, covariance = weighted_moments(particles, weights, -1)
-        num, nobody = np.full(len(particles), self._weights.size), np.zeros(len(particles), bool)
+        mean, covariance = zip(*[weighted_moments(states, self._weights) for states in particles], strict=True)
+        weights = [self._weights] * len(particles)
+        num, nobody = [float(self._weights.size)] * len(particles), [False] * len(particles)
         return self._conclude(reading.time, Posterior(particles, weights, mean, covariance, num, nobody), tracked)
 
     def _coasted(self, reading: Reading) -> tuple[Track, ...]:
@@ -132,3 +125,8 @@ class DirectTracker(PeopleTracker):
         times = times[since:] - times[since:].mean()
         moment = sum(t * position for t, position in zip(times, positions[since:], strict=True))
         return (moment + self._ridge * self._prior_velocity[person]) / (times @ times + self._ridge)
+
+
+def detection_samples(detection: Array, noise: Sequence[Distribution], num: int, rng: np.random.Generator) -> Array:
+    """Detection - noise draws, (num, 2)."""
+    return detection - np.stack([channel.sample(rng, num) for channel in noise], axis=-1)

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from math import exp, pi, sqrt
-from typing import Protocol
 
 import numpy as np
 from numpy.linalg import LinAlgError, cholesky, eigh
@@ -22,7 +21,7 @@ from mjnav.noise import Distribution
 from mjnav.rng import stream
 from mjnav.robot.estimation.base import HEADING, UNKNOWN_TWIST_STD, PoseEstimator, widened
 from mjnav.robot.estimation.particle import ODOMETRY_CHANNELS, POSE_CHANNELS
-from mjnav.robot.estimation.walk_filter import Detectable
+from mjnav.robot.estimation.walk_filter import Detectable, StopAndGo
 
 # ---------------------------------------------------------------------------------------- Gaussians
 
@@ -166,23 +165,10 @@ class KalmanLocalizer(PoseEstimator):
 # -------------------------------------------------------- linear Kalman filter of a person (x, y, vx, vy)
 
 
-class LinearMotion(Protocol):
-    """How people walk, by one linear model."""
-
-    @property
-    def walking_speed(self) -> float:
-        """Std of a velocity component of which nothing is known [m/s]."""
-        ...
-
-    def variances(self, interval: float) -> tuple[float, float]:
-        """Of the changes of a velocity's [m^2/s^2] and a position's component [m^2] within `interval` [s]."""
-        ...
-
-
 class KalmanPersonFilter:
     """One linear Kalman filter, with the Gaussian of the motion's and of the measurement's first two moments."""
 
-    def __init__(self, motion: LinearMotion):
+    def __init__(self, motion: StopAndGo):
         import_module("scipy.linalg")
         self._motion = motion
         self._state = Gaussian(np.zeros(4), np.eye(4))

@@ -1,4 +1,4 @@
-"""Trackers of people whose detections have identity, by a filter a person: Rao-Blackwellised, or a Kalman filter."""
+"""Trackers of people whose detections have identity, by a filter a person: of particles, or a Kalman filter."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -9,10 +9,11 @@ from mjnav.messages import Reading, RobotBelief, Track
 from mjnav.noise import Distribution
 from mjnav.rng import stream
 from mjnav.robot.estimation.base import FLOOR_WIDTH, LEAST_STD, PeopleTracker, Posterior, widened
-from mjnav.robot.estimation.kalman import KalmanPersonFilter, LinearMotion, noise_moments
-from mjnav.robot.estimation.particle import DETECTION_CHANNELS, PersonMotion
+from mjnav.robot.estimation.kalman import KalmanPersonFilter, noise_moments
 from mjnav.robot.estimation.walk_filter import StopAndGo, WalkFilter
 
+DETECTION_CHANNELS = ("detection.x", "detection.y")
+MOTION = StopAndGo(sway=0.1)  # errors of 12 cm hide a curve: more sway would only make velocities tremble
 PersonFilter = WalkFilter | KalmanPersonFilter
 PATIENCE = 3  # unexplained detections in a row after which a person is looked for anew
 
@@ -77,37 +78,29 @@ class FilteringTracker(PeopleTracker):
 class KalmanTracker(FilteringTracker):
     """By a linear Kalman filter a person; every detection counts, however unlikely."""
 
-    def __init__(
-        self,
-        noise: Mapping[str, Distribution],
-        num_particles: int,
-        radii: Sequence[float],
-        seed: int,
-        motion: LinearMotion | None = None,
-    ):
+    def __init__(self, noise: Mapping[str, Distribution], num_particles: int, radii: Sequence[float], seed: int):
         mean, covariance = noise_moments(noise, DETECTION_CHANNELS)
         error = GaussianSum(np.ones(1), mean[None], covariance[None])
-        motion = motion or PersonMotion()
-        super().__init__(radii, seed, lambda _: KalmanPersonFilter(motion), error, num_particles, "estimation.gaussian")
+        super().__init__(radii, seed, lambda _: KalmanPersonFilter(MOTION), error, num_particles, "estimation.gaussian")
 
 
+HISTORIES = 50  # of a person at most: four times as many lower no error of a prediction by 1 second by 2 %
 COMPONENTS = 3  # Gaussians in place of the noise of one channel
 DRAWS = 4000  # of the noise, to which they are fitted
 OUTLIERS = 0.01  # share of detections that the noise may fail to explain
 FLOOR = OUTLIERS / (FLOOR_WIDTH["detection.x"] * FLOOR_WIDTH["detection.y"])  # [1/m^2] their density
-MOTION = StopAndGo(sway=0.1)  # errors of 12 cm hide a curve: more sway would only make velocities tremble
 
 
-class RaoBlackwellTracker(FilteringTracker):
+class ParticleTracker(FilteringTracker):
     """By a `WalkFilter` a person: particles are histories of walks, turns and stops.
 
     The noise of each channel is taken for a sum of Gaussians, so that its skew counts; what a sum cannot show is a hard
-    edge.
+    edge. A track's particles are draws from the histories.
     """
 
     def __init__(self, noise: Mapping[str, Distribution], num_particles: int, radii: Sequence[float], seed: int):
         def make(name: str) -> WalkFilter:
-            return WalkFilter(num_particles, stream(seed, "estimation.resampling", name), MOTION)
+            return WalkFilter(min(num_particles, HISTORIES), stream(seed, "estimation.resampling", name), MOTION)
 
         super().__init__(radii, seed, make, detection_noise(noise), num_particles, "estimation.particles", FLOOR)
 

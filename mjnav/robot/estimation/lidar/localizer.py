@@ -143,8 +143,8 @@ class Cloud:
 
     def moments(self) -> tuple[Array, Array, float]:
         """Mean (3,), covariance (3, 3) and effective sample size."""
-        (mean,), (covariance,) = weighted_moments(self.particles[None], self.weights[None], HEADING)
-        return mean, covariance, float(ess(self.weights[None])[0])
+        mean, covariance = weighted_moments(self.particles, self.weights, HEADING)
+        return mean, covariance, ess(self.weights)
 
     def resample(self, covariance: Array, size: float, most: int) -> None:
         """Draws by the weights as many as the spread asks for, at most `most`; nothing where all is well.
