@@ -15,11 +15,13 @@ from mjnav.study.compare.study_comparison import NEEDED, check_distinct, rows_of
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
 
-CONTROL_WEIGHT = 0.01  # of an episode's control cost [m²/s³]: 10 of it count as much as a tenth of the time limit
+TIME_WEIGHT, CONTROL_WEIGHT, CONTACT = 0.5, 0.1, -3.0  # a contact in a hundred counts as much as a fifth of the time
 RULE = (
-    f"score of an episode: 1 - time / time_limit - {CONTROL_WEIGHT:g} control cost, at least 0, where the goal is "
-    "reached without contact; -1 after a contact or a fault; otherwise 0. The mean is over the episodes of all scenes"
+    f"score of an episode: 1 - {TIME_WEIGHT:g} time / time_limit - {CONTROL_WEIGHT:g} control cost / the scene's, at "
+    f"least 0, where the goal is reached without contact; {CONTACT:g} after a contact or a fault; otherwise 0. The "
+    "scene's is the median of all successes there. The mean is over the episodes of all scenes"
 )
+World = tuple[str, str]  # scene and setting
 _FIGURES = ("success", "collision", "time_s", "control_cost")
 
 
@@ -60,7 +62,7 @@ def rank(store: Store, study: StudyFile | None) -> tuple[MethodRanking, ...]:
         raise InputError(f"{store.folder}: no rows of study {study.name!r}")
     cells = cell_rows(table)
     check_distinct(cells, store)
-    limits = _time_limits(store, study)
+    worlds = _worlds(cells, _time_limits(store, study))
     num_worlds = len({(cell.scene, cell.setting) for cell in cells})
     by_method: dict[str, list[CellRows]] = {}
     for cell in cells:
@@ -68,22 +70,23 @@ def rank(store: Store, study: StudyFile | None) -> tuple[MethodRanking, ...]:
     rankings: list[MethodRanking] = []
     for method in study.methods:
         own = {v.names[1]: v for v in variants(study, ["any"]) if v.method is method}
-        ranked = [_ranked(own[name], by_method[name], limits) for name in own if name in by_method]
+        ranked = [_ranked(own[name], by_method[name], worlds) for name in own if name in by_method]
         ranked.sort(key=lambda setting: -setting.score.value)
         missing = len(own) * num_worlds * len(study.all_seeds) - sum(setting.episodes for setting in ranked)
         rankings.append(MethodRanking(method.identifier, method.shown, method.controller, tuple(ranked), missing))
     return tuple(rankings)
 
 
-def scores(cell: CellRows, time_limit: float) -> Array:
+def scores(cell: CellRows, time_limit: float, usual_control: float) -> Array:
     """Of every episode of a cell, (n,), by `RULE`."""
-    value = 1.0 - cell.columns["time_s"] / time_limit - CONTROL_WEIGHT * cell.columns["control_cost"]
+    columns = cell.columns
+    value = 1.0 - TIME_WEIGHT * columns["time_s"] / time_limit - CONTROL_WEIGHT * columns["control_cost"] / usual_control
     reached = np.where(cell.columns["success"] == 1, np.clip(value, 0.0, 1.0), 0.0)
-    return np.where(cell.failed | (cell.collided > 0), -1.0, reached)
+    return np.where(cell.failed | (cell.collided > 0), CONTACT, reached)
 
 
-def _ranked(variant: Variant, cells: Sequence[CellRows], limits: Mapping[tuple[str, str], float]) -> RankedSetting:
-    own = np.concatenate([scores(cell, limits[cell.scene, cell.setting]) for cell in cells])
+def _ranked(variant: Variant, cells: Sequence[CellRows], worlds: Mapping[World, tuple[float, float]]) -> RankedSetting:
+    own = np.concatenate([scores(cell, *worlds[cell.scene, cell.setting]) for cell in cells])
     columns = {key: np.concatenate([cell.columns[key] for cell in cells]) for key in cells[0].columns}
     together = CellRows("all scenes", "", cells[0].method, columns)
     values = {key.removeprefix("control."): value for key, value in variant.own.items()}
@@ -99,9 +102,19 @@ def _ranked(variant: Variant, cells: Sequence[CellRows], limits: Mapping[tuple[s
     )
 
 
-def _time_limits(store: Store, study: StudyFile) -> dict[tuple[str, str], float]:
+def _worlds(cells: Sequence[CellRows], limits: Mapping[World, float]) -> dict[World, tuple[float, float]]:
+    """The time limit [s] of every scene and setting, and the median control cost of all successes there."""
+    spent: dict[World, list[Array]] = {}
+    for cell in cells:
+        spent.setdefault((cell.scene, cell.setting), []).append(cell.columns["control_cost"][cell.columns["success"] == 1])
+    found = {world: np.concatenate(parts) for world, parts in spent.items()}
+    usual = {world: float(np.median(cost)) if cost.size else 0.0 for world, cost in found.items()}
+    return {world: (limits[world], usual[world] or 1.0) for world in found}
+
+
+def _time_limits(store: Store, study: StudyFile) -> dict[World, float]:
     """The time limit [s] of every scene and setting."""
-    found: dict[tuple[str, str], float] = {}
+    found: dict[World, float] = {}
     for values in store.count_by(("study", "scene", "setting", "scenario")):
         name, scene, setting, document = (value or "" for value in values)
         if name == study.name and (scene, setting) not in found:
