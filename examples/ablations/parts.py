@@ -22,7 +22,7 @@ from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
 from mjnav.control.rollouts import Rollouts
 from mjnav.geometry.way_field import WayField
-from mjnav.messages import Array, KnownMap, RobotLimits
+from mjnav.messages import Array, KnownMap
 from mjnav.rkhs.gaussian import gaussian_mmd_squared
 from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
 from mjnav.settings import Range
@@ -38,14 +38,6 @@ class NoGuides(RkhsPlan):
     def guides(self, heading: float, way_direction: float, speed: float, back_speed: float) -> Array:
         """The straight way alone."""
         return super().guides(heading, way_direction, speed, back_speed)[:1]
-
-
-class NoArcs(RkhsPlan):
-    """Without the pairs of arcs."""
-
-    def __init__(self, limits: RobotLimits, period: float, parameters: RkhsPlanParameters):
-        super().__init__(limits, period, parameters)
-        self._arcs = self._arcs[:, :, :0]
 
 
 class StraightWay(RkhsPlan):

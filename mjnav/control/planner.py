@@ -35,7 +35,7 @@ from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.guides import ways_left
 from mjnav.control.parameters import MOST, Count, GoalParameters, Positive, Seconds, Share, Weight, check_memory
 from mjnav.control.problem.candidates import cheapest
-from mjnav.control.problem.fan import KEPT, Plan, arcs, carried_on, guided, guides, perturbations, shown_plan, softmin
+from mjnav.control.problem.fan import KEPT, Plan, carried_on, guided, guides, perturbations, shown_plan, softmin
 from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
@@ -120,7 +120,6 @@ class Planner(ProblemController[P]):
         self._tail = braking_steps(limits, p.step) if self.ends_at_rest else 0
         check_memory(p, self._tail)
         self._perturbations = perturbations(p.rollouts, p.steps, p.knots, (p.speed_noise, p.turn_noise), p.quiet)
-        self._arcs = arcs(limits, p.step, p.steps)
         self._plan: Plan | None = None
         self._way: tuple[bytes, WayField] | None = None
         # Every wall that a rollout may come to counts.
@@ -185,7 +184,7 @@ class Planner(ProblemController[P]):
         ways = guided(rows, pose, way, limits, p.approach_time, p.preview, p.step, p.steps)
         plan = carried_on(self._plan, o.time, p.step, ways[:, :, 0])
         unperturbed = np.stack([np.zeros_like(plan), plan], axis=2)
-        return np.concatenate([unperturbed, ways, self._arcs, plan[:, :, None] + self._perturbations], axis=2)
+        return np.concatenate([unperturbed, ways, plan[:, :, None] + self._perturbations], axis=2)
 
     def _way_to(self, problem: Problem) -> WayGrid:
         """The way left to the goal; computed anew where the goal or the map is another."""

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from mjnav.control import Status, make_controller
 from mjnav.control.planner import effort
-from mjnav.control.problem.fan import arcs
 from mjnav.control.rollouts import Rollouts
 from mjnav.messages import KnownMap, ObstacleSamples, RobotLimits
 from mjnav.metrics.effort import control_cost
@@ -129,27 +128,3 @@ def test_a_planner_with_a_map_goes_round_a_wall_before_which_it_stands_without(d
     assert reached
     assert clearance > 0.0
     assert not drive(make_controller("rkhs-plan", limits, 0.1, **FEW), **way)[0]
-
-
-# ---------------------------------------------------------------------------------------------- the arcs
-
-
-def test_arcs_are_all_pairs_of_two_controls_and_then_straight_on():
-    limits = RobotLimits(max_speed=1.0, min_speed=-0.5, max_turn_rate=1.5)
-    found = arcs(limits, 0.2, 20)
-    expected = {
-        (hold, v, omega, then_v, then_omega)
-        for hold in (2, 6)  # steps of 0.2 s
-        for v in (-0.5, 0.25, 1.0)
-        for omega in (-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5)
-        for then_v in (-0.5, 1.0)
-        for then_omega in (-1.5, 0.0, 1.5)
-    }
-    assert found.shape == (2, 20, len(expected))
-    rows = set()
-    for v, omega in found.transpose(2, 0, 1).round(9).tolist():
-        hold = 2 if len(rows) < len(expected) / 2 else 6
-        assert v == [v[0]] * hold + [v[-1]] * (20 - hold)
-        assert omega == [omega[0]] * hold + [omega[hold]] * 5 + [0.0] * (15 - hold)
-        rows.add((hold, v[0], omega[0], v[-1], omega[hold]))
-    assert rows == expected

@@ -12,7 +12,7 @@ from mjnav.study.study_file import load_study
 
 FOLDER = Path(__file__).parents[2] / "examples" / "ablations"
 PARTS = """
-    NoGuides NoArcs StraightWay NoTail CheapestOnly TimeIntegral EachObstacle ContactShare SafestMatched Gaussian Ball
+    NoGuides StraightWay NoTail CheapestOnly TimeIntegral EachObstacle ContactShare SafestMatched Gaussian Ball
     Herded
 """
 

@@ -83,9 +83,7 @@ def test_resampled_particles_are_the_systematic_draws_roughened():
     assert np.array_equal(particles, before)
 
 
-LIKELIHOODS = arrays(
-    float, st.tuples(st.integers(1, 3), st.integers(1, 30)), elements=st.floats(1e-9, 1e9)
-)
+LIKELIHOODS = arrays(float, st.tuples(st.integers(1, 3), st.integers(1, 30)), elements=st.floats(1e-9, 1e9))
 
 
 def test_bayes_rule_gives_the_exact_shares():

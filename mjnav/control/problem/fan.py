@@ -2,12 +2,11 @@
 
 The rollouts are simple ways to begin with, and the planner's own plan, perturbed:
 
-    standing | plan so far | straight to the goal | guides | waiting | escapes | reversing | arcs | perturbations
+    standing | plan so far | straight to the goal | guides | waiting | escapes | reversing | perturbations of the plan
 
 Guides leave the way to the goal to either side for a while, escapes go off in every direction; each then drives to the
-goal. Where the robot may reverse, some back off first. Arcs are all pairs of two circles from a grid of controls: among
-many people the way out is often a turn to one side and back. The perturbations are of the plan so far. (Rollouts of
-other controllers among the perturbed: Trevisan & Alonso-Mora 2024, "Biased-MPPI".)
+goal. Where the robot may reverse, some back off first. (Rollouts of other controllers among the perturbed: Trevisan &
+Alonso-Mora 2024, "Biased-MPPI".)
 """
 
 from dataclasses import dataclass
@@ -18,8 +17,7 @@ import numpy as np
 from mjnav.control.kernels.guides import guide
 from mjnav.control.rollouts import ControlLimits, Rollouts
 from mjnav.geometry.way_field import WayGrid
-from mjnav.messages import Array, PlanShown, RobotLimits
-from mjnav.motion.unicycle import control_bounds
+from mjnav.messages import Array, PlanShown
 from mjnav.rng import stream
 
 FAN = 32  # rollouts shown, at most
@@ -47,7 +45,6 @@ def shown_plan(
 
 STAND, KEPT = 0, 1  # the first rollouts
 SEED = 0  # of the perturbations
-ROUNDING = 1e-9  # [s]
 
 SIDEWAYS = np.deg2rad([-75.0, -45.0, -20.0, 0.0, 20.0, 45.0, 75.0])  # of guides, off the way to the goal
 SPEEDS = (1.0, 0.6, 0.3)  # of guides, of the preferred speed
@@ -56,8 +53,6 @@ ESCAPES = 2.0 * pi * np.arange(12) / 12  # off the robot's heading
 ESCAPE_HOLDS = (1.4, 2.8)  # [s]
 WAITS = (0.8, 1.6, 2.4)  # [s]
 BACKWARDS = np.deg2rad([-90.0, -45.0, 0.0, 45.0, 90.0])  # off the robot's back
-ARC_HOLDS, SECOND_ARC = (0.4, 1.2), 1.0  # [s] of an arc, and of the one behind it, which then goes straight on
-ARC_GRID, SECOND_GRID = (3, 7), (2, 3)  # number of speeds and of turn rates, evenly between the robot's limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,21 +108,6 @@ def guided(
         out[0], out[1], rows, pose, way, limits.first, limits.all, limits.change, approach_time, preview, step
     )  # fmt: skip
     return out
-
-
-def arcs(limits: RobotLimits, step: float, steps: int) -> Array:
-    """The wanted controls (2, T, A) of two arcs, one behind the other, for `steps` steps of `step` [s].
-
-    Every control of ARC_GRID for each of ARC_HOLDS, then every one of SECOND_GRID.
-    """
-    low, high = (np.array(bound) for bound in control_bounds(limits))
-    axes = [np.linspace(low[c], high[c], n) for grid in (ARC_GRID, SECOND_GRID) for c, n in enumerate(grid)]
-    first_v, first_omega, v, omega = (axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
-    time, rows = step * np.arange(steps)[:, None] + ROUNDING, []
-    for hold in ARC_HOLDS:
-        begins, turns = time < hold, time < hold + SECOND_ARC
-        rows.append([np.where(begins, first_v, v), np.where(begins, first_omega, np.where(turns, omega, 0.0))])
-    return np.concatenate(rows, axis=2)
 
 
 def perturbations(num: int, steps: int, knots: int, noise: tuple[float, float], quiet: float = 1.0) -> Array:

@@ -80,7 +80,9 @@ def rank(store: Store, study: StudyFile | None) -> tuple[MethodRanking, ...]:
 def scores(cell: CellRows, time_limit: float, usual_control: float) -> Array:
     """Of every episode of a cell, (n,), by `RULE`."""
     columns = cell.columns
-    value = 1.0 - TIME_WEIGHT * columns["time_s"] / time_limit - CONTROL_WEIGHT * columns["control_cost"] / usual_control
+    value = (
+        1.0 - TIME_WEIGHT * columns["time_s"] / time_limit - CONTROL_WEIGHT * columns["control_cost"] / usual_control
+    )
     reached = np.where(cell.columns["success"] == 1, np.clip(value, 0.0, 1.0), 0.0)
     return np.where(cell.failed | (cell.collided > 0), CONTACT, reached)
 
@@ -106,7 +108,9 @@ def _worlds(cells: Sequence[CellRows], limits: Mapping[World, float]) -> dict[Wo
     """The time limit [s] of every scene and setting, and the median control cost of all successes there."""
     spent: dict[World, list[Array]] = {}
     for cell in cells:
-        spent.setdefault((cell.scene, cell.setting), []).append(cell.columns["control_cost"][cell.columns["success"] == 1])
+        spent.setdefault((cell.scene, cell.setting), []).append(
+            cell.columns["control_cost"][cell.columns["success"] == 1]
+        )
     found = {world: np.concatenate(parts) for world, parts in spent.items()}
     usual = {world: float(np.median(cost)) if cost.size else 0.0 for world, cost in found.items()}
     return {world: (limits[world], usual[world] or 1.0) for world in found}

@@ -1,7 +1,6 @@
 """The bootstrap filter of the robot's pose."""
 
 import numpy as np
-import pytest
 
 from mjnav.geometry.angles import wrap
 from mjnav.noise import make_distribution

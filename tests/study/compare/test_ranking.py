@@ -61,7 +61,9 @@ def test_the_score_is_the_stated_one_and_the_best_mean_comes_first(store, study)
     mine, mean = rank(store, study)
     assert [one.label for one in mine.settings] == ["mine #1", "mine #3", "mine #2"]
     found = [one.score.value for one in mine.settings]
-    np.testing.assert_allclose(found, [1.0 - 0.5 * 20.0 / 100.0 - 0.1, 0.0, (1.0 - 0.5 * 0.1 - 0.1 * 1.0 / 2.0 - 3.0 + 0.0 - 3.0) / 4])
+    np.testing.assert_allclose(
+        found, [1.0 - 0.5 * 20.0 / 100.0 - 0.1, 0.0, (1.0 - 0.5 * 0.1 - 0.1 * 1.0 / 2.0 - 3.0 + 0.0 - 3.0) / 4]
+    )
     assert [(one.episodes, one.failed) for one in mine.settings] == [(4, 0), (1, 0), (4, 1)]
     assert (mine.num_missing, mean.num_missing, mean.controller) == (3, 3, "mean")
     assert mine.settings[2].figures["collision"].value == pytest.approx(1 / 3)
