@@ -66,9 +66,7 @@ def figures(runs: Sequence[Array]) -> str:
             apart = np.hypot(r[..., 0], r[..., 1]) + np.diag(np.full(len(p), np.inf))
             nearest.append(apart.min(axis=1))
             times.append(_times_to_contact(r, q, apart).min(axis=1))
-    speed, acceleration, distance, time = (
-        np.concatenate(values) for values in (speeds, accelerations, nearest, times)
-    )
+    speed, acceleration, distance, time = (np.concatenate(values) for values in (speeds, accelerations, nearest, times))
     cells = [
         np.concatenate(count).mean(), np.nanmedian(speed), np.nanquantile(acceleration, 0.999),
         *np.quantile(distance, [0.01, 0.1, 0.5]), *(100.0 * (time < soon).mean() for soon in SOON),
