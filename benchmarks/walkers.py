@@ -21,8 +21,10 @@ import mjnav
 from mjnav.loop.simulation import people_without_robot
 from mjnav.messages import Array
 from mjnav.scene.crowd import read_recording
+from mjnav.study.prediction import Frames
 
-STEP, FRAMES = 0.4, 10  # [s] between two rows, and their frames
+STEP = 0.4  # [s] between two rows
+FRAME_RATE = 25.0  # [Hz] of the recordings
 LAWS = ("orca", "moussaid_2009", "moussaid", "helbing")
 CONTACT = 0.5  # [m] between centres
 SOON = (0.5, 1.0, 2.0)  # [s]
@@ -30,11 +32,9 @@ SOON = (0.5, 1.0, 2.0)  # [s]
 
 def recorded(path: str) -> Array:
     """(T, P, 2) [m], NaN where a person is not there."""
-    recording = read_recording(path)
-    at = np.round((recording.frame - recording.frame.min()) / FRAMES).astype(int)
-    places = np.full((at.max() + 1, len(recording.labels), 2), np.nan)
-    places[at, recording.person] = recording.position
-    return places
+    frames = Frames.of(read_recording(path), FRAME_RATE)
+    times = frames.step * np.arange(max(map(max, frames.places.values())) + 1)
+    return np.stack([frames.whereabouts(person, times) for person in frames.places], axis=1)
 
 
 def simulated(scene: str, law: str, seeds: Iterable[int]) -> list[Array]:
@@ -42,7 +42,11 @@ def simulated(scene: str, law: str, seeds: Iterable[int]) -> list[Array]:
     keys = {"behaviour": "orca"} if law == "orca" else {"behaviour": "social_force", "form": law}
     found = []
     for seed in seeds:
-        chosen = {"seed": seed, "physics.engine": "kinematic", **{f"people.0.{key}": keys[key] for key in keys}}
+        chosen = {
+            "seed": seed,
+            "physics.engine": "kinematic",
+            **{f"people.0.{key}": value for key, value in keys.items()},
+        }
         scenario = mjnav.load_scenario(scene, chosen)
         every = round(STEP / scenario.control.period)
         found.append(people_without_robot(scenario, seed, round(30.0 / scenario.control.period))[::every])

@@ -48,10 +48,11 @@ def ess(weights: Vector):
 
 
 @kernel
-def weighted_moments(particles: Matrix, weights: Vector, heading: int = -1):
+def weighted_moments(particles: Matrix, weights: Vector, heading: int):
     """Mean (d,) and covariance sum_i w_i e_i e_i^T (d, d) of particles (n, d).
 
-    Column `heading` is an angle [rad]: its mean is the direction of the mean unit vector, its deviations are wrapped.
+    Column `heading` is an angle [rad], none where it is -1: its mean is the direction of the mean unit vector, its
+    deviations are wrapped.
     """
     n, d = particles.shape
     mean, covariance = np.empty(d), np.empty((d, d))

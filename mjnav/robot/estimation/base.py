@@ -31,6 +31,8 @@ def assumed_noise(scenario: Scenario) -> Mapping[str, Distribution]:
 # -------------------------------------------------------------------------- likelihood of a channel
 
 
+DETECTION_CHANNELS = ("detection.x", "detection.y")
+
 # Least standard deviations. A channel without noise would ask of a particle what no finite number of them can meet.
 LEAST_STD = {
     "pose.x": 1e-3,  # [m]
@@ -136,6 +138,7 @@ def _interpolated(error: Vector, first: float, scale: float, values: Vector, out
 # ---------------------------------------------------------------------- interfaces and shared parts
 
 
+WALKING_SPEED = 1.0  # [m/s] std of a velocity component of which nothing is known; people walk at 1 to 1.5 m/s
 DRAWS = "estimation.draw"  # channel of the draws from beliefs
 HEADING = 2  # column of the heading in a pose
 # Std of the changes of v [m/s] and omega [rad/s] while odometry is silent: about a third of what such a robot drives.
@@ -174,24 +177,6 @@ class Tracker(Protocol):
     def draw(self, num: int) -> tuple[Array, ...]:
         """Samples of the latest tracks, (num, 4) each, in random order, persons independent of one another."""
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class FilterSettings:
-    """Parameters of a bootstrap particle filter.
-
-    epsilon        weight of the likelihood's floor: the share of readings that the noise model may fail to explain
-    resample_below resample where the effective sample size falls below this share of the particles (1/2 is customary)
-    roughening     K of `filters.particles.roughen`; 1.5 adds 4 % of variance at 500 particles in 3 dimensions, 16 % at
-                   200 in 4. With 0.5 coverage of 95 % regions fell below 0.9 for the robot, 0.8 for people who stop
-    patience       readings in a row that the belief does not explain before it is spread again: a single one is more
-                   often an outlier than a lost robot
-    """
-
-    epsilon: float = 0.01
-    resample_below: float = 0.5
-    roughening: float = 1.5
-    patience: int = 3
 
 
 NO_BELIEF = "draw() needs a belief: call update() with a reading first"

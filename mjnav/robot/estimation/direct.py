@@ -14,8 +14,10 @@ from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.noise import Distribution
 from mjnav.rng import stream
 from mjnav.robot.estimation.base import (
+    DETECTION_CHANNELS,
     HEADING,
     LEAST_STD,
+    WALKING_SPEED,
     PeopleTracker,
     PoseEstimator,
     Posterior,
@@ -23,7 +25,6 @@ from mjnav.robot.estimation.base import (
     widened,
 )
 from mjnav.robot.estimation.particle import ODOMETRY_CHANNELS, POSE_CHANNELS, moved, pose_samples
-from mjnav.robot.estimation.tracker import DETECTION_CHANNELS, MOTION
 
 VELOCITY_WINDOW = 1.0  # [s] of detections behind a velocity: shorter is noisier, longer lags behind a turn
 
@@ -55,9 +56,9 @@ class DirectTracker(PeopleTracker):
     """Position = detection - noise draws; velocity = the slope of such positions over a window.
 
     Sample i keeps the draws that were made for each detection of the window, so it is one possible history. Its
-    velocity is the least-squares slope with the prior v0_i ~ N(0, walking_speed^2) as one more equation,
+    velocity is the least-squares slope with the prior v0_i ~ N(0, WALKING_SPEED^2) as one more equation,
 
-        v_i = (sum_k t_k p_ik + r v0_i) / (sum_k t_k^2 + r),   r = (noise std / walking_speed)^2,
+        v_i = (sum_k t_k p_ik + r v0_i) / (sum_k t_k^2 + r),   r = (noise std / WALKING_SPEED)^2,
 
     t_k from the window's mean time. With one detection it is the prior, with two it is not yet ruled by the noise, and
     after a whole window the prior weighs about 1 %. Where the reading tells velocities, they are taken.
@@ -67,11 +68,10 @@ class DirectTracker(PeopleTracker):
         super().__init__(radii, seed)
         self._noise = [noise[channel] for channel in DETECTION_CHANNELS]
         self._weights = np.full(num_particles, 1.0 / num_particles)
-        walking_speed = MOTION.walking_speed
         std = [max(channel.std, LEAST_STD[name]) for channel, name in zip(self._noise, DETECTION_CHANNELS, strict=True)]
-        self._ridge = np.square(np.asarray(std) / walking_speed)  # (2,) r [s^2]
+        self._ridge = np.square(np.asarray(std) / WALKING_SPEED)  # (2,) r [s^2]
         self._streams = [stream(seed, "estimation.direct", name) for name in self._names]
-        self._prior_velocity = walking_speed * np.stack(
+        self._prior_velocity = WALKING_SPEED * np.stack(
             [stream(seed, "estimation.start", name).standard_normal((num_particles, 2)) for name in self._names]
             or [np.zeros((num_particles, 2))]
         )  # (P, n, 2)
@@ -99,7 +99,7 @@ class DirectTracker(PeopleTracker):
         else:
             velocity = np.repeat(reading.people_velocity[:, None], self._weights.size, axis=1)
         particles = np.nan_to_num(np.concatenate([position, velocity], axis=-1))
-        mean, covariance = zip(*[weighted_moments(states, self._weights) for states in particles], strict=True)
+        mean, covariance = zip(*[weighted_moments(states, self._weights, -1) for states in particles], strict=True)
         weights = [self._weights] * len(particles)
         num, nobody = [float(self._weights.size)] * len(particles), [False] * len(particles)
         return self._conclude(reading.time, Posterior(particles, weights, mean, covariance, num, nobody), tracked)

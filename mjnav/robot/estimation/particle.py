@@ -22,7 +22,6 @@ from mjnav.rng import stream
 from mjnav.robot.estimation.base import (
     HEADING,
     UNKNOWN_TWIST_STD,
-    FilterSettings,
     Likelihood,
     PoseEstimator,
     widened,
@@ -31,6 +30,11 @@ from mjnav.robot.estimation.base import (
 POSE_CHANNELS = ("pose.x", "pose.y", "pose.theta")
 ODOMETRY_CHANNELS = ("odometry.v", "odometry.omega")
 
+EPSILON = 0.01  # weight of the likelihood's floor: the share of readings that the noise model may fail to explain
+RESAMPLE_BELOW = 0.5  # of the particles, an effective sample size (1/2 is customary)
+ROUGHENING = 1.5  # K of `filters.particles.roughen`: 4 % of variance; with 0.5 the 95 % regions held less than 90 %
+PATIENCE = 3  # unexplained readings in a row: a single one is more often an outlier than a lost robot
+
 
 class ParticleLocalizer(PoseEstimator):
     """Monte Carlo localisation (Thrun, Burgard & Fox 2005, table 8.2) with the noise as it is, not a Gaussian.
@@ -38,23 +42,15 @@ class ParticleLocalizer(PoseEstimator):
     Predict: (v, omega)_i = odometry - noise draw, through the unicycle over the reading's interval.
     Correct: w_i <- w_i prod_c [(1 - epsilon) p_c(z_c - x_i,c) + floor] over x, y and the heading (wrapped).
     Start: measurement - noise draws of the first reading, so the filter need not trust where the robot was put. It
-    starts again after `patience` readings in a row that are unexplained: the mean of p_c(z_c - x) under the belief is
+    starts again after PATIENCE readings in a row that are unexplained: the mean of p_c(z_c - x) under the belief is
     below the floor in a channel.
     """
 
-    def __init__(
-        self,
-        noise: Mapping[str, Distribution],
-        num_particles: int,
-        seed: int,
-        settings: FilterSettings | None = None,
-    ):
+    def __init__(self, noise: Mapping[str, Distribution], num_particles: int, seed: int):
         super().__init__(seed)
-        self._settings = settings or FilterSettings()
         self._num = num_particles
         self._odometry = [widened(channel, noise[channel]) for channel in ODOMETRY_CHANNELS]
-        epsilon = self._settings.epsilon
-        self._likelihoods = [Likelihood.of(channel, noise[channel], epsilon) for channel in POSE_CHANNELS]
+        self._likelihoods = [Likelihood.of(channel, noise[channel], EPSILON) for channel in POSE_CHANNELS]
         self._least = np.array([2.0 * model.floor for model in self._likelihoods])  # density of an explained reading
         self._motion_streams = [stream(seed, f"estimation.motion.{channel}") for channel in ODOMETRY_CHANNELS]
         self._start_stream = stream(seed, "estimation.start")
@@ -81,9 +77,9 @@ class ParticleLocalizer(PoseEstimator):
         size, weights = ess(self._weights), self._weights
         offset = self._resampling.random()  # one a reading, used or not, so that seeds stay paired
         self._particles = particles
-        if size < self._settings.resample_below * self._num:
+        if size < RESAMPLE_BELOW * self._num:
             normal = self._roughening.standard_normal(particles.shape)
-            self._particles = resample(particles, weights, offset, covariance, self._settings.roughening, normal)
+            self._particles = resample(particles, weights, offset, covariance, ROUGHENING, normal)
             self._weights = np.full(self._num, 1.0 / self._num)
         self._belief = RobotBelief(reading.time, particles, weights, mean, covariance, size, recovered)
         return self._belief
@@ -94,7 +90,7 @@ class ParticleLocalizer(PoseEstimator):
         densities = np.stack([model.density(error) for model, error in zip(self._likelihoods, errors, strict=True)])
         self._weights, expected = reweigh(self._weights, densities)
         self._unexplained = self._unexplained + 1 if (expected < self._least).any() else 0
-        return self._unexplained >= self._settings.patience
+        return self._unexplained >= PATIENCE
 
     def _started(self, reading: Reading) -> Array:
         """Equally weighted poses that the reading alone allows, (n, 3)."""

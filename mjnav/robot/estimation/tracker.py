@@ -8,11 +8,10 @@ from mjnav.filters.mixture_kalman import GaussianSum, fitted
 from mjnav.messages import Reading, RobotBelief, Track
 from mjnav.noise import Distribution
 from mjnav.rng import stream
-from mjnav.robot.estimation.base import FLOOR_WIDTH, LEAST_STD, PeopleTracker, Posterior, widened
+from mjnav.robot.estimation.base import DETECTION_CHANNELS, FLOOR_WIDTH, LEAST_STD, PeopleTracker, Posterior, widened
 from mjnav.robot.estimation.kalman import KalmanPersonFilter, noise_moments
 from mjnav.robot.estimation.walk_filter import StopAndGo, WalkFilter
 
-DETECTION_CHANNELS = ("detection.x", "detection.y")
 MOTION = StopAndGo(sway=0.1)  # errors of 12 cm hide a curve: more sway would only make velocities tremble
 PersonFilter = WalkFilter | KalmanPersonFilter
 PATIENCE = 3  # unexplained detections in a row after which a person is looked for anew
@@ -84,7 +83,7 @@ class KalmanTracker(FilteringTracker):
         super().__init__(radii, seed, lambda _: KalmanPersonFilter(MOTION), error, num_particles, "estimation.gaussian")
 
 
-HISTORIES = 50  # of a person at most: four times as many lower no error of a prediction by 1 second by 2 %
+HISTORIES = 50  # of a person at most: four times as many lower errors of predictions by 1 second by 0 to 2 %
 COMPONENTS = 3  # Gaussians in place of the noise of one channel
 DRAWS = 4000  # of the noise, to which they are fitted
 OUTLIERS = 0.01  # share of detections that the noise may fail to explain

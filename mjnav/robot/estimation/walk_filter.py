@@ -16,6 +16,7 @@ from mjnav.compile.compiled import Cube, Flags, Matrix, Vector, kernel
 from mjnav.filters.mixture_kalman import GaussianSum, corrected, explained, kept, moments, sampled
 from mjnav.filters.particles import systematic
 from mjnav.messages import Array
+from mjnav.robot.estimation.base import WALKING_SPEED
 
 # ----------------------------------------------------------------------------- walking and standing
 
@@ -38,7 +39,7 @@ class StopAndGo(NamedTuple):
     straight are tracked more smoothly still, and those who avoid one another in a crowd are lost more often. With half
     of the sway, the velocities of people who curve around others lag, and their belief does not know it.
 
-    walking_speed [m/s]     std of a velocity component of which nothing is known; people walk at 1 to 1.5 m/s
+    walking_speed [m/s]     std of a velocity component of which nothing is known
     sway          [m/s/√s]  of a straight walk
     turn_rate     [1/s]     of who walks
     stop_rate     [1/s]     of who walks
@@ -48,7 +49,7 @@ class StopAndGo(NamedTuple):
     walking       [1]       probability that somebody seen for the first time walks
     """
 
-    walking_speed: float = 1.0
+    walking_speed: float = WALKING_SPEED
     sway: float = 0.2
     turn_rate: float = 0.2
     stop_rate: float = 0.1

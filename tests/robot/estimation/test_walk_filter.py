@@ -40,6 +40,22 @@ def test_the_ways_of_going_on_have_the_moments_of_states_that_are_moved_one_by_p
     assert covariance == pytest.approx(np.cov(x.T), abs=0.01)
 
 
+def test_the_variances_are_those_of_the_ways_of_going_on_in_the_long_run():
+    motion = StopAndGo(turn_rate=0.4, stop_rate=0.2, start_rate=0.6, unrest=0.0, shuffle=0.1)
+    changes = []  # mean square of a component's change, of who walks and who stands
+    for walks in (True, False):
+        before = motion.walking_speed**2 if walks else 0.0  # of the velocity, of which nothing is known
+        covariance = np.diag([0.0, 0.0, before, before])[None]
+        w, _, m, P = gone_on(np.ones(1), np.array([walks]), np.zeros((1, 4)), covariance, T, motion)
+        goes_on = np.arange(len(w)) < walks  # listed first: the old velocity is a part of the new one
+        square = np.where(goes_on, P[:, 2, 2] - before, P[:, 2, 2] + before) + m[:, 2] ** 2
+        changes.append(float(w @ square))
+    walking = motion.start_rate / (motion.start_rate + motion.stop_rate)
+    velocity, position = motion.variances(T)
+    assert velocity == pytest.approx(walking * changes[0] + (1.0 - walking) * changes[1])
+    assert position == pytest.approx(0.1**2 * T)
+
+
 PERIOD = 0.1
 GAUSSIAN = GaussianSum(np.ones(1), np.zeros((1, 2)), np.array([0.04**2 * np.eye(2)]))
 
