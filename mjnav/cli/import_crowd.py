@@ -1,4 +1,4 @@
-"""`mjnav import crowd FILE`: what a recording of people holds, and a run file with a part of it."""
+"""`mjnav import KIND FILE`: what a recording of people, a map or a world holds, and a run file with it."""
 
 import argparse
 import json
@@ -6,6 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from mjnav.cli import import_floor
 from mjnav.cli.options import scene_options
 from mjnav.cli.options.common import check_needs, check_whole
 from mjnav.cli.terminal.tables import print_lines, print_table
@@ -23,9 +24,16 @@ _OPTIONS = {"frame_rate": "--frame-rate", "duration": "--duration"}
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     parser.epilog = "All of [crowd] is set by --set: crowd.window=[3.0, 9.0], crowd.people=react; see mjnav keys crowd."
-    parser.add_argument("kind", choices=("crowd",), help="what the file holds: recorded tracks of people")
-    parser.add_argument("file", metavar="FILE", help="a recording: rows of frame, id, x, y, or obsmat")
-    parser.add_argument("-o", "--output", metavar="FILE.toml", help="write a run file with a part of it, a new file")
+    parser.add_argument(
+        "kind",
+        choices=("crowd", "map", "world"),
+        help="what the file holds: recorded tracks of people, a map of ROS map_server, a world of Gazebo",
+    )
+    parser.add_argument(
+        "file", metavar="FILE", help="a recording (rows of frame, id, x, y, or obsmat), a map's .yaml, or a .world"
+    )
+    parser.add_argument("-o", "--output", metavar="FILE.toml", help="write a run file with it, a new file")
+    scene_options.start_and_goal(parser)
     parser.add_argument(
         "--frame-rate",
         type=float,
@@ -36,7 +44,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--duration",
         type=float,
-        default=LENGTH,
         metavar="S",
         help=f"of the parts that are listed and found [s]; {LENGTH:g} by default",
     )
@@ -46,6 +53,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Prints what the file holds and writes the run file."""
+    for option in ("frame_rate", "people", "duration"):
+        given = getattr(arguments, option) is not None
+        check_needs(f"--{option.replace('_', '-')}", "`import crowd`", given=given, met=arguments.kind == "crowd")
+    if arguments.kind != "crowd":
+        return import_floor.execute(arguments)
+    arguments.duration = LENGTH if arguments.duration is None else arguments.duration
     output = None if arguments.output is None else new_path("--output", arguments.output, ".toml")
     check_needs("--people", "-o FILE.toml", given=arguments.people is not None, met=output is not None)
     if arguments.people is not None:

@@ -2,12 +2,14 @@
 
 import argparse
 import os
+import re
 import shlex
 import sys
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import nullcontext
 from importlib import import_module
 from types import MappingProxyType
+from typing import Any
 
 from mjnav.cli.options import common
 from mjnav.cli.options.common import in_options, shows_options, unknown_words
@@ -50,7 +52,7 @@ _GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType(
             "rate-test": ("mjnav.cli.rate_test", "test whether the loop keeps its rate on this machine"),
             "import": (
                 "mjnav.cli.import_crowd",
-                "say what a recording of people holds, and make a scene of a part of it",
+                "say what recorded people, a map or a world holds, and make a scene of it",
             ),
             "schema": ("mjnav.cli.schema", "print the JSON Schema of run files or study files, for editors"),
             "completion": ("mjnav.cli.completion", "print a script that completes command lines of mjnav in a shell"),
@@ -63,6 +65,10 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
 
 
 class _Parser(argparse.ArgumentParser):
+    def __init__(self, **options: Any):
+        super().__init__(**options)
+        self._negative_number_matcher = re.compile(r"-\.?\d")  # "-2.25,3" is a point, no option
+
     def error(self, message: str):
         raise InputError(f"{message}; {shows_options(self.prog)}")
 

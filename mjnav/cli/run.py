@@ -5,8 +5,10 @@ import json
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mjnav.cli.import_floor import tell_left_out
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import require, scene_options
 from mjnav.cli.options.common import check_needs
@@ -19,6 +21,7 @@ from mjnav.log.log_format import check_path
 from mjnav.loop.pacer import POLICIES, profile_table
 from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.messages import TickRecord
+from mjnav.scene.floor_import import WORLDS, floor_tables
 from mjnav.scene.spec import Scenario
 
 if TYPE_CHECKING:
@@ -71,6 +74,8 @@ def execute(arguments: argparse.Namespace) -> int:
     check_needs("--overruns", "--real-time, --live or --view", given=overruns is not None, met=real_time)
     if arguments.log is not None:
         check_path(arguments.log)
+    if arguments.scene.endswith(WORLDS):
+        tell_left_out(floor_tables(arguments.scene, Path())[1])
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     required = require.of_run(arguments, scenario)
     max_seconds = scene_options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)

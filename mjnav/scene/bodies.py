@@ -17,7 +17,7 @@ from mjnav.constant import Constant
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.geometry.floor import TOUCH
 from mjnav.messages import Array
-from mjnav.scene.ranges import MAX_BODIES, MAX_LENGTH, MIN_SIZE, Angle, Coordinate, Line, Point, Size
+from mjnav.scene.ranges import MAX_BODIES, MAX_LENGTH, MAX_WALLS, MIN_SIZE, Angle, Coordinate, Line, Point, Size
 from mjnav.settings import Key, Length, Range, below, settle
 
 
@@ -250,13 +250,15 @@ class MapDifference:
     ] = (0.0, 0.0, 0.0)
     shifted: Annotated[
         tuple[str, ...] | None,
-        Length(0, 3 * MAX_BODIES),
+        Length(0, 2 * MAX_BODIES + MAX_WALLS),
         'names ("table0", "wall2"); by default all tables and pillars',
     ] = None
     missing: Annotated[
-        tuple[str, ...], Length(0, 3 * MAX_BODIES), 'names ("table0", "pillar1", "wall2") of what the map does not have'
+        tuple[str, ...],
+        Length(0, 2 * MAX_BODIES + MAX_WALLS),
+        'names ("table0", "pillar1", "wall2") of what the map does not have',
     ] = ()
-    walls: Annotated[tuple[Wall, ...], Length(0, MAX_BODIES), "of the map alone"] = ()
+    walls: Annotated[tuple[Wall, ...], Length(0, MAX_WALLS), "of the map alone"] = ()
     tables: Annotated[tuple[Table, ...], Length(0, MAX_BODIES), "of the map alone"] = ()
     pillars: Annotated[tuple[Pillar, ...], Length(0, MAX_BODIES), "of the map alone"] = ()
 

@@ -6,9 +6,9 @@ may have them, so that logs of earlier versions can be read.
 The memory that a run takes is estimated before the run starts. The way of the robot leads between the bodies of the
 scene to its goal.
 
-For the check of overlaps a body is a disc or a rectangle seen from above. Walls may touch and cross (corners), a pillar
-may stand in a wall (half column), and bodies may touch. Every other overlap is refused, except that of two people at
-the start: they step apart (`overlapping_people`). The robot fits under tables and meets their legs only; people, and
+For the check of overlaps a body is a disc or a rectangle seen from above. Walls and pillars may touch, cross and stand
+in one another (corners, half columns), and bodies may touch. Every other overlap is refused, except that of two people
+at the start: they step apart (`overlapping_people`). The robot fits under tables and meets their legs only; people, and
 bodies as high as the table, meet its top.
 
 An oracle (`is_avoidable`) tells whether any control of the robot avoids all contact in the first seconds of a scene.
@@ -166,8 +166,8 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
         for leg in leg_discs(top.key, table):
             for wall in walls:
                 _keep_apart(leg, wall, f"{top.key}.position", table.position)
-    for i, pillar in enumerate(pillars):
-        for other in (*pillars[:i], *(top for top in tops if pillar.height >= top.height), *legs):
+    for pillar in pillars:
+        for other in (*(top for top in tops if pillar.height >= top.height), *legs):
             _keep_apart(pillar, other, f"{pillar.key}.position", pillar.centre)
     around = met_by_people(scenario.walls, scenario.tables, scenario.pillars)
     for person in people:

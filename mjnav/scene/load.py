@@ -17,6 +17,8 @@ from mjnav.scene import toml as files
 from mjnav.scene.check import check, check_memory, check_robot_way
 from mjnav.scene.crowd import put_crowd
 from mjnav.scene.drafts import draft_of
+from mjnav.scene.floor_import import FLOORS, floor_tables
+from mjnav.scene.map_file import put_map
 from mjnav.scene.overrides import Overrides, apply, overrides_of
 from mjnav.scene.random_scene import resolved
 from mjnav.scene.spec import Control, Draft, Scenario
@@ -37,11 +39,18 @@ def load(
 ) -> Scenario:
     """The scenario of a shipped name, or of a path where there is a "/" or ".toml" at the end.
 
+    Of a map (.yaml) or a world (.world) too, where `overrides` have robot.start and robot.goal.
+
     `controller` takes the place of control.method, keeps rate, delay and latency and drops the file's method
     parameters; `seed` takes the place of the file's; `overrides`, as values by dotted key or as "KEY=VALUE" each, come
     after both. Raises InvalidValue.
     """
     file, text = _read(name_or_path)
+    if file.endswith(FLOORS) and not any(override.key.startswith("robot.") for override in overrides_of(overrides)):
+        allowed = (
+            "values for robot.start and robot.goal (--start X,Y,HEADING --goal X,Y): a map or a world has no robot"
+        )
+        raise InvalidValue("robot", None, allowed, file=file)
     return loads(text, overrides, file=file, folder=Path(file).parent, controller=controller, seed=seed)
 
 
@@ -81,6 +90,7 @@ def loads(
         changed[override.key] = override.option
     try:
         files.inline(document, folder)
+        put_map(document, folder)
         put_crowd(document, folder)
         scenario = _scenario(document, recorded=recorded)
     except InvalidValue as error:
@@ -180,6 +190,8 @@ def tables(scenario: Scenario) -> dict[str, Any]:
 def _read(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     """The file's name in messages, and its text."""
     name = path_text("scene", name_or_path, "a run file that can be read, a shipped scene by name, or a Scenario")
+    if name.endswith(FLOORS):
+        return name, toml_text(floor_tables(name, Path(name).parent)[0])
     if isinstance(name_or_path, str) and "/" not in name and not name.endswith(".toml"):
         path = str(library.data_folder("runs") / f"{name}.toml")
         if not os.path.isfile(path):  # Path.is_file raises for a name that is too long

@@ -20,10 +20,11 @@ from mjnav.scene.bodies import KnownBodies, LaneSpec, MapDifference, Pillar, Tab
 from mjnav.scene.crowd import Crowd
 from mjnav.scene.draws import Draft, Layout
 from mjnav.scene.faults import Faults
+from mjnav.scene.map_file import MapFile
 from mjnav.scene.people import BEHAVIOURS, ConstantVelocity, Orca, Person, SocialForce, StopAndGo, Waypoints  # noqa: F401
 from mjnav.scene.prediction import Prediction
 from mjnav.scene.published import Published
-from mjnav.scene.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, Angle, Coordinate, Point, Rate, Seed, Size
+from mjnav.scene.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, MAX_WALLS, Angle, Coordinate, Point, Rate, Seed, Size
 from mjnav.scene.sensors import Sensors
 from mjnav.settings import Beside, Choice, Length, Named, Range, Text, below, settle
 from mjnav.settings.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin, placed
@@ -300,11 +301,12 @@ class Scenario(Constant):
         60.0
     )
     stop_on_collision: Annotated[bool, "end the run at the first contact"] = True
-    walls: Annotated[tuple[Wall, ...], Length(0, MAX_BODIES)] = ()
+    walls: Annotated[tuple[Wall, ...], Length(0, MAX_WALLS)] = ()
     tables: Annotated[tuple[Table, ...], Length(0, MAX_BODIES)] = ()
     pillars: Annotated[tuple[Pillar, ...], Length(0, MAX_BODIES)] = ()
     lanes: LaneSpec | None = None
     people: Annotated[tuple[Person, ...], Length(0, MAX_BODIES)] = ()
+    map: Annotated[MapFile | None, "a map of the floor; loading the file puts its walls behind `walls`"] = None
     crowd: Annotated[Crowd | None, "people from a recording; loading the file puts them behind `people`"] = None
     noise: Noise = Noise()
     sensors: Sensors = Sensors()  # noqa: RUF009 - it is frozen

@@ -2,14 +2,17 @@
 
 import argparse
 import math
+from functools import partial
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.supervision import MAX_SECONDS
+from mjnav.scene.overrides import Override
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """SCENE, --seed, --controller and --set."""
+    """SCENE, --start, --goal, --seed, --controller and --set."""
     scene(parser)
+    start_and_goal(parser)
     parser.add_argument("--seed", type=int, metavar="N", help="seed, in place of the run file's")
     parser.add_argument(
         "--controller", metavar="NAME", help="controller with its default parameters, in place of the run file's"
@@ -19,7 +22,34 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def scene(parser: argparse.ArgumentParser) -> None:
     """SCENE."""
-    parser.add_argument("scene", metavar="SCENE", help="a shipped scene's name, or the path of a run file")
+    parser.add_argument(
+        "scene", metavar="SCENE", help="a shipped scene's name, or the path of a run file, map or world"
+    )
+
+
+def start_and_goal(parser: argparse.ArgumentParser) -> None:
+    """--start and --goal, which a map and a world lack."""
+    for option, point in (("--start", "X,Y,HEADING"), ("--goal", "X,Y")):
+        parser.add_argument(
+            option,
+            action="append",
+            default=[],
+            type=partial(_point, option, point),
+            dest="overrides",
+            metavar=point,
+            help=f"the robot's, [m{' and rad' if 'HEADING' in point else ''}], in place of the run file's",
+        )
+
+
+def _point(option: str, allowed: str, text: str) -> Override:
+    """The numbers of an option as the key of a run file."""
+    try:
+        numbers = [float(word) for word in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != allowed.count(",") + 1:
+        raise argparse.ArgumentTypeError(f"found {text!r}; allowed: {allowed}, numbers in one word")
+    return Override(f"robot.{option[2:]}", numbers, option)
 
 
 def overrides(parser: argparse.ArgumentParser) -> None:
