@@ -283,11 +283,13 @@ def _run(flags: NDArray[np.bool_]) -> int:
 
 
 def map_of(floor_plan: Floor, points: Array, resolution: float, image: str) -> OccupancyGrid:
-    """A map of bodies, which also holds `points` (k, 2) [m]: occupied and free cells, none unknown.
+    """A map of bodies, which also holds `points` (k, 2) [m]. Raises InvalidValue.
 
-    A cell is occupied where a body meets the circle within it; so is the one under the middle of a disc. Raises
-    InvalidValue.
+    A cell is occupied where a body meets the circle within it; so is the one under the middle of a disc. Cells to which
+    nothing leads from the first point are unknown, as to a robot that drew the map from there.
     """
+    from scipy.ndimage import label
+
     bounds = floor_plan.bounds or (points.min(axis=0), points.max(axis=0))
     low = np.floor(np.minimum(bounds[0], points.min(axis=0)) / resolution + _ALIGNED) - 1.0
     high = np.ceil(np.maximum(bounds[1], points.max(axis=0)) / resolution - _ALIGNED) + 1.0
@@ -301,7 +303,11 @@ def map_of(floor_plan: Floor, points: Array, resolution: float, image: str) -> O
     at = np.floor(floor_plan.discs[:, :2] / resolution - low).astype(int)
     occupied[at[:, 1], at[:, 0]] = True
     info = MapInfo(image, resolution, (float(low[0] * resolution), float(low[1] * resolution), 0.0))
-    return OccupancyGrid(info, np.where(occupied, OCCUPIED, FREE).astype(np.int8))
+    parts, _ = label(~occupied)  # type: ignore[misc]
+    column, row = np.floor(points[0] / resolution - low).astype(int)
+    cells = np.where(np.asarray(parts) == parts[row, column], FREE, UNKNOWN)
+    cells[occupied] = OCCUPIED
+    return OccupancyGrid(info, cells.astype(np.int8))
 
 
 _ALIGNED = 1e-6  # [cells] by which the sides of a cell and of a body may differ and be the same
