@@ -174,11 +174,44 @@ def is_open(x0, y0, x1, y1, reach, discs, boxes):
     return True
 
 
+_TOGETHER = 32  # neighbouring points, of rows of a grid or of a scan, that share what may be nearest
+_ROUNDING = 1e-6  # [m], far more than what rounding changes in a distance
+
+
 @exact
 def _clearance(points: Matrix, discs: Matrix, boxes: Matrix):
+    """Of points (n, 2) in their order, (n,).
+
+    A clearance changes by no more than the point moves. With c(x) that of the first of some points and r how far the
+    others are from it, no body farther than c + 2 r from the first is the nearest to any of them.
+    """
     found = np.empty(len(points))
-    for i in range(len(points)):
-        found[i] = surface(points[i, 0], points[i, 1], discs, boxes)[0]
+    near_discs, near_boxes = np.empty_like(discs), np.empty_like(boxes)
+    from_discs, from_boxes = np.empty(len(discs)), np.empty(len(boxes))
+    for first in range(0, len(points), _TOGETHER):
+        x, y, last = points[first, 0], points[first, 1], min(first + _TOGETHER, len(points))
+        reach, nearest = 0.0, np.inf
+        for i in range(first, last):
+            away = np.sqrt((points[i, 0] - x) ** 2 + (points[i, 1] - y) ** 2)
+            if away > reach:  # a NaN is not
+                reach = away
+        for j in range(len(discs)):
+            from_discs[j] = disc_surface(x, y, discs[j])[0]
+            nearest = min(nearest, from_discs[j])
+        for j in range(len(boxes)):
+            from_boxes[j] = box_surface(x, y, boxes[j])[0]
+            nearest = min(nearest, from_boxes[j])
+        num_discs, num_boxes = 0, 0
+        for j in range(len(discs)):
+            if not from_discs[j] > nearest + 2.0 * reach + _ROUNDING:
+                near_discs[num_discs] = discs[j]
+                num_discs += 1
+        for j in range(len(boxes)):
+            if not from_boxes[j] > nearest + 2.0 * reach + _ROUNDING:
+                near_boxes[num_boxes] = boxes[j]
+                num_boxes += 1
+        for i in range(first, last):
+            found[i] = surface(points[i, 0], points[i, 1], near_discs[:num_discs], near_boxes[:num_boxes])[0]
     return found
 
 

@@ -28,7 +28,7 @@ from mjnav.scene.spec import Scenario
 from mjnav.world.actuation import wheel_speeds
 from mjnav.world.engine import ContactLog, DivergedError
 from mjnav.world.floor_plan import FloorPlan
-from mjnav.world.scene import SEEN_BY_LIDAR, compose
+from mjnav.world.scene import SEEN_BY_LIDAR, WALLS, compose
 
 # ------------------------------------------------------------------------------------------- people
 
@@ -210,17 +210,15 @@ class MujocoEngine:
 
     def _geom_owners(self) -> tuple[Array, list[str]]:
         """For each geom the index into the bodies' names, or who else owns it."""
-        owners, names = np.full(self.model.ngeom, _NOBODY), []
+        owners, names = np.full(self.model.ngeom, _NOBODY), dict[str, int]()
         for i in range(self.model.ngeom):
             body = self.model.body(int(self.model.geom_bodyid[i])).name
-            name, _, inner = body.partition("/")
+            name, _, inner = (self.model.geom(i).name if body == WALLS else body).partition("/")
             if name == "robot":
                 owners[i] = _ROBOT
             elif inner:
-                if name not in names:
-                    names.append(name)
-                owners[i] = names.index(name)
-        return owners, names
+                owners[i] = names.setdefault(name, len(names))
+        return owners, list(names)
 
     # ------------------------------------------------------------------------------------- motion
 

@@ -1,7 +1,8 @@
 """Composes the MuJoCo model of a scenario from the parts in models/.
 
 Parts are attached with prefixes: `robot/`, `table0/`, `pillar1/`, `person3/`. Walls are boxes on bodies of their own,
-`wall2/`.
+`wall2/`, or where there are MANY the boxes `wall2/wall` on one body, `walls`: MuJoCo finds near bodies by pairs, in
+memory quadratic in their number, and near boxes of one body by a tree.
 """
 
 # pyright: reportAttributeAccessIssue=false
@@ -18,6 +19,7 @@ from mjnav.scene.library import data_folder
 from mjnav.scene.spec import Person, Pillar, Robot, Scenario, Table, Wall
 
 PARTS = ("scene", "robot", "pedestrian", "table", "pillar")
+WALLS, MANY = "walls", 500
 SEEN_BY_LIDAR, UNSEEN, DECORATION = 0, 1, 2  # geom groups, as in models/
 FIXED = 6  # contype of what the robot (2) and people (4) run into
 SMOOTH = (
@@ -65,8 +67,9 @@ def compose(scenario: Scenario, *, decorated: bool = True) -> mujoco.MjSpec:
     floor.pos = [*np.round(0.5 * (low + high)), 0.0]
     floor.size = [*np.ceil(0.5 * (high - low) + 20.0), 0.1]
     _attach(scene, _robot(scenario.robot, scenario.sensors.scanner.mount), "robot/", scenario.robot.start, decorated)
+    together = scene.worldbody.add_body(name=WALLS) if len(scenario.walls) > MANY else None
     for i, wall in enumerate(scenario.walls):
-        _add_wall(scene, wall, f"wall{i}/")
+        _add_wall(scene, wall, f"wall{i}/wall", together)
     for i, table in enumerate(scenario.tables):
         _attach(scene, _table(table), f"table{i}/", (*table.position, table.yaw), decorated)
     for i, pillar in enumerate(scenario.pillars):
@@ -135,16 +138,16 @@ def _person(person: Person, shirt: tuple[float, float, float]) -> mujoco.MjSpec:
     return part
 
 
-def _add_wall(scene: mujoco.MjSpec, wall: Wall, prefix: str) -> None:
+def _add_wall(scene: mujoco.MjSpec, wall: Wall, name: str, together: mujoco.MjsBody | None) -> None:
     (x0, y0), (x1, y1) = wall.start, wall.end
     yaw = atan2(y1 - y0, x1 - x0) % pi
-    body = scene.worldbody.add_body(
-        name=f"{prefix}wall",
-        pos=[0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * wall.height],
-        quat=[np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)],
-    )
+    place = {
+        "pos": [0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * wall.height],
+        "quat": [np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)],
+    }
+    body = scene.worldbody.add_body(name=name, **place) if together is None else together
     body.add_geom(
-        name=f"{prefix}wall",
+        name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=[0.5 * hypot(x1 - x0, y1 - y0), 0.5 * wall.thickness, 0.5 * wall.height],
         material="wall",
@@ -152,4 +155,5 @@ def _add_wall(scene: mujoco.MjSpec, wall: Wall, prefix: str) -> None:
         contype=FIXED,
         conaffinity=0,
         friction=SMOOTH,
+        **({} if together is None else place),
     )
