@@ -77,7 +77,8 @@ def execute(arguments: argparse.Namespace) -> int:
     with written(picture) as file:
         decision_surface_figure(surface, heading).savefig(file, format="png")
     with written(data) as file:
-        np.savez_compressed(file, **_arrays(surface), names=np.array(column_names(scenario), str), **about)
+        names = np.array(column_names(scenario, record.seen), str)
+        np.savez_compressed(file, **_arrays(surface), names=names, **about)
     controls = _controls(surface)
     if arguments.json:
         print(json.dumps({"schema": 1, **about, **controls, "picture": str(picture), "data": str(data)}))

@@ -22,7 +22,7 @@ from mjnav.loop.pacer import FreePacer, RealTimePacer, realtime_scheduling
 from mjnav.loop.prepare import as_scenario, check_functions, log_path
 from mjnav.loop.result import Result
 from mjnav.loop.supervision import RunFault
-from mjnav.messages import Event, TickRecord
+from mjnav.messages import Event, Observation, TickRecord
 from mjnav.robot.estimation.base import person_names
 from mjnav.robot.seen_space import FloorMap
 from mjnav.scene.plugged import without_plugins
@@ -155,7 +155,8 @@ def record_at(scenario: Scenario, time: float, *, progress: Callable[[float], No
     return latest[0]
 
 
-def column_names(scenario: Scenario) -> tuple[str, ...]:
-    """What the columns of `CandidateCosts.cone` belong to: people, legs, pillars, walls."""
+def column_names(scenario: Scenario, seen: Observation) -> tuple[str, ...]:
+    """What the columns of `CandidateCosts.cone` belong to: people, legs, pillars, the walls that were seen."""
     floor = FloorMap(scenario)
-    return (*person_names(len(scenario.people)), *floor.names, *floor.wall_names)
+    walls = floor.wall_names(seen.robot_pose[:, :2].mean(axis=0))
+    return (*person_names(len(scenario.people)), *floor.names, *walls)

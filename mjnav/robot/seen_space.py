@@ -1,6 +1,6 @@
 """Obstacles around the robot: the known map as controllers use it, and what the latest scan saw besides.
 
-The map has legs and pillars as discs at rest, and walls as the faces towards the robot.
+The map has legs and pillars as discs at rest, and walls as the faces towards the robot, of many walls the nearest.
 
 The scan's part is what a method is not told of, and how far the robot may go before it. Returns from a surface of the
 map and from somebody who is tracked are the method's own affair. All others may be anything: somebody who is not
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.constant import Constant
-from mjnav.geometry.distances import WHOLE_TURN, placed
+from mjnav.geometry.distances import WHOLE_TURN, placed, segment_distance
 from mjnav.geometry.floor import cast
 from mjnav.messages import Array, KnownMap, ObstacleSamples, Reading, Track
 from mjnav.noise import Distribution
@@ -29,6 +29,9 @@ from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import floor_of_lidar
 
 # --------------------------------------------------------------------------------------- static map
+
+
+NEAREST = 128  # walls that a controller sees: of a map they are rectangles, which may be as small as a cell
 
 
 class FloorMap(Constant):
@@ -46,7 +49,7 @@ class FloorMap(Constant):
         radii = [radius for _, radius, _ in discs]
         self.discs = tuple(map(ObstacleSamples, positions, repeat(np.zeros((1, 2))), radii))  # legs, pillars
         self.names = tuple(name for *_, name in discs)
-        self.wall_names = known.wall_names
+        self._wall_names = known.wall_names
 
         start = np.array([wall.start for wall in known.walls], float).reshape(-1, 2)
         end = np.array([wall.end for wall in known.walls], float).reshape(-1, 2)
@@ -64,9 +67,22 @@ class FloorMap(Constant):
         self.known = KnownMap(np.stack([start, end], axis=1), 2.0 * half[:, 0], rows, left, right)
 
     def walls(self, position: Array) -> Array:
-        """The face of each wall on the side of `position` (2,): start and end, (W, 2, 2)."""
+        """The face on the side of `position` (2,) of each of the NEAREST walls: start and end, (W, 2, 2)."""
+        return self._near(position)[1]
+
+    def wall_names(self, position: Array) -> tuple[str, ...]:
+        """Of the walls that controllers see from `position` (2,)."""
+        return tuple(self._wall_names[i] for i in self._near(position)[0])
+
+    def _near(self, position: Array) -> tuple[NDArray[np.int_], Array]:
+        """The places of the NEAREST walls, ascending, and their faces towards `position` (2,)."""
         left = self._across @ position >= self._middle
-        return self._faces[self._index, left.astype(int)]
+        faces = self._faces[self._index, left.astype(int)]
+        if len(faces) <= NEAREST:
+            return self._index, faces
+        distance = segment_distance(position, faces[:, 0], faces[:, 1])
+        nearest = np.sort(np.argsort(distance, kind="stable")[:NEAREST])
+        return nearest, faces[nearest]
 
 
 # --------------------------------------------------------------------------- space seen by the scan

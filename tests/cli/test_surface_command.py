@@ -47,7 +47,7 @@ def test_the_arrays_are_the_surface_of_the_moments_decision(mjnav, tmp_path, sce
     assert (arrays["cone_by_obstacle"] == s.cone).all()
     assert (arrays["lane_by_side"] == s.lane).all()
     assert tuple(arrays["chosen"]) == (record.decision.v, record.decision.omega)
-    assert tuple(arrays["names"]) == column_names(scenario)
+    assert tuple(arrays["names"]) == column_names(scenario, record.seen)
     assert arrays["cone_by_obstacle"].shape == (5, 5, len(arrays["names"]))
     assert arrays["cone"] == pytest.approx(arrays["cone_by_obstacle"].sum(axis=-1))
     assert arrays["lane"] == pytest.approx(arrays["lane_by_side"].sum(axis=-1))

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from mjnav.messages import Reading
 from mjnav.motion.unicycle import integrate
 from mjnav.robot.estimation import assumed_noise
-from mjnav.robot.seen_space import HIDDEN, FloorMap, SeenSpace, free_arc
+from mjnav.robot.seen_space import HIDDEN, NEAREST, FloorMap, SeenSpace, free_arc
+from mjnav.scene.bodies import Wall
 from mjnav.scene.load import load
 from mjnav.scene.spec import Scenario
 from mjnav.world.simulator import Simulator
@@ -32,6 +33,37 @@ def test_a_wall_is_its_face_towards_the_robot_longer_by_half_its_thickness(room,
     floor_map = FloorMap(room("walls.0.thickness=0.4"))
     (wall,) = floor_map.walls(np.array([1.0, y]))
     assert wall == pytest.approx(np.array([[-1.2, face], [8.2, face]]))
+
+
+def test_of_many_walls_the_nearest_are_seen_under_their_own_names(scenario_of_walls):
+    rng = np.random.default_rng(3)
+    start = rng.uniform(-50.0, 50.0, (700, 2))
+    end = start + rng.uniform(0.1, 3.0, start.shape)
+    floor_map = FloorMap(scenario_of_walls(start, end))
+    position = np.array([3.0, -2.0])
+    names, faces = floor_map.wall_names(position), floor_map.walls(position)
+    assert (len(names), faces.shape) == (NEAREST, (NEAREST, 2, 2))
+    seen = [int(name.removeprefix("wall")) for name in names]
+    assert seen == sorted(seen)
+    away = np.array([np.hypot(*(start[i] + t * (end[i] - start[i]) - position)) for i in range(700) for t in SHARES])
+    nearest = away.reshape(700, -1).min(axis=1)
+    left_out = np.setdiff1d(np.arange(700), seen)
+    # A face lies half a thickness from the line, and is as much longer.
+    assert nearest[seen].max() <= nearest[left_out].min() + 0.25
+    np.testing.assert_allclose(faces.mean(axis=1), 0.5 * (start + end)[seen], atol=0.051)
+
+
+SHARES = np.linspace(0.0, 1.0, 101)
+
+
+@pytest.fixture
+def scenario_of_walls(room):
+    """A scene with thin walls between (n, 2) and (n, 2)."""
+
+    def make(start, end) -> Scenario:
+        return replace(room(), walls=tuple(map(Wall, start.tolist(), end.tolist())))
+
+    return make
 
 
 RADIUS = 0.22
