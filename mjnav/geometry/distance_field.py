@@ -50,8 +50,15 @@ class DistanceField(Constant):
         low, high = bounds[0] - MARGIN, bounds[1] + MARGIN
         cell = max(cell, float((high - low).max()) / (MAX_CELLS - 1))
         columns, rows = (ceil(side / cell) + 1 for side in high - low)
-        x, y = np.meshgrid(low[0] + cell * np.arange(columns), low[1] + cell * np.arange(rows))
-        return cls(FieldGrid(floor.clearance(np.stack([x, y], axis=-1)), float(low[0]), float(low[1]), cell))
+        empty = cls(FieldGrid(np.empty((rows, columns)), float(low[0]), float(low[1]), cell))
+        return cls(empty.grid._replace(clearance=floor.clearance(empty.nodes)))
+
+    @property
+    def nodes(self) -> Array:
+        """Where they are, (rows, columns, 2) [m]."""
+        (rows, columns), cell = self.grid.clearance.shape, self.grid.cell
+        x, y = np.meshgrid(self.grid.x + cell * np.arange(columns), self.grid.y + cell * np.arange(rows))
+        return np.stack([x, y], axis=-1)
 
     def clearance(self, points: ArrayLike) -> Array:
         """From each of `points` (n, 2) to the nearest surface [m], negative inside a body; inf on an empty floor."""

@@ -21,6 +21,7 @@ from mjnav.messages import Array, KnownMap
 
 
 TOUCH = 1e-9  # [m]; bodies nearer than this touch
+_ROUNDING = 1e-6  # [m], far more than what rounding changes in a distance
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +44,16 @@ class Floor(Constant):
 
         A round body of radius r is free where the clearance of its centre is at least r.
         """
+        return self.nearest(points)[0]
+
+    def nearest(self, points: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
+        """The clearance of each of `points` (..., 2) and the body that is nearest: discs are counted first, then boxes.
+
+        The first of those that are as near; -1 on an empty floor.
+        """
         points = np.asarray(points, float)
-        flat = np.ascontiguousarray(points.reshape(-1, 2))
-        return _clearance(flat, self.discs, self.boxes).reshape(points.shape[:-1])
+        clearance, body = _nearest(np.ascontiguousarray(points.reshape(-1, 2)), self.discs, self.boxes)
+        return clearance.reshape(points.shape[:-1]), body.reshape(points.shape[:-1])
 
     def blocking(self, start: ArrayLike, end: ArrayLike, reach: float) -> int | None:
         """The body that a disc of radius `reach` [m] meets first on its straight way from `start` to `end` (2,).
@@ -175,44 +183,48 @@ def is_open(x0, y0, x1, y1, reach, discs, boxes):
 
 
 _TOGETHER = 32  # neighbouring points, of rows of a grid or of a scan, that share what may be nearest
-_ROUNDING = 1e-6  # [m], far more than what rounding changes in a distance
 
 
 @exact
-def _clearance(points: Matrix, discs: Matrix, boxes: Matrix):
-    """Of points (n, 2) in their order, (n,).
+def _nearest(points: Matrix, discs: Matrix, boxes: Matrix):
+    """Of points (n, 2): the clearance, (n,), and the body that is nearest, discs first, -1 on an empty floor, (n,).
 
-    A clearance changes by no more than the point moves. With c(x) that of the first of some points and r how far the
-    others are from it, no body farther than c + 2 r from the first is the nearest to any of them.
+    With a disc of radius a within a body and one of radius b around it, the body is between |x - centre| - b and
+    |x - centre| - a from x. No body is farther from neighbours of x than the nearest one from x by more than twice what
+    the neighbours are from x.
     """
-    found = np.empty(len(points))
-    near_discs, near_boxes = np.empty_like(discs), np.empty_like(boxes)
-    from_discs, from_boxes = np.empty(len(discs)), np.empty(len(boxes))
+    num_discs, num = len(discs), len(discs) + len(boxes)
+    at_x, at_y, within, around, away = np.empty((5, num))
+    for j in range(num_discs):
+        at_x[j], at_y[j], within[j], around[j] = discs[j, 0], discs[j, 1], discs[j, 2], discs[j, 2]
+    for j in range(num_discs, num):
+        box = boxes[j - num_discs]
+        at_x[j], at_y[j], within[j], around[j] = box[0], box[1], min(box[4], box[5]), np.sqrt(box[4] ** 2 + box[5] ** 2)
+    clearance, body, near = np.full(len(points), np.inf), np.full(len(points), -1), np.empty(num, np.int64)
     for first in range(0, len(points), _TOGETHER):
         x, y, last = points[first, 0], points[first, 1], min(first + _TOGETHER, len(points))
-        reach, nearest = 0.0, np.inf
+        reach, nearest, num_near = 0.0, np.inf, 0
         for i in range(first, last):
-            away = np.sqrt((points[i, 0] - x) ** 2 + (points[i, 1] - y) ** 2)
-            if away > reach:  # a NaN is not
-                reach = away
-        for j in range(len(discs)):
-            from_discs[j] = disc_surface(x, y, discs[j])[0]
-            nearest = min(nearest, from_discs[j])
-        for j in range(len(boxes)):
-            from_boxes[j] = box_surface(x, y, boxes[j])[0]
-            nearest = min(nearest, from_boxes[j])
-        num_discs, num_boxes = 0, 0
-        for j in range(len(discs)):
-            if not from_discs[j] > nearest + 2.0 * reach + _ROUNDING:
-                near_discs[num_discs] = discs[j]
-                num_discs += 1
-        for j in range(len(boxes)):
-            if not from_boxes[j] > nearest + 2.0 * reach + _ROUNDING:
-                near_boxes[num_boxes] = boxes[j]
-                num_boxes += 1
+            distance = np.sqrt((points[i, 0] - x) ** 2 + (points[i, 1] - y) ** 2)
+            if distance > reach:  # a NaN is not
+                reach = distance
+        for j in range(num):
+            away[j] = np.sqrt((at_x[j] - x) ** 2 + (at_y[j] - y) ** 2)
+            nearest = min(nearest, away[j] - within[j])
+        for j in range(num):
+            if not away[j] - around[j] > nearest + 2.0 * reach + _ROUNDING:
+                near[num_near] = j
+                num_near += 1
         for i in range(first, last):
-            found[i] = surface(points[i, 0], points[i, 1], near_discs[:num_discs], near_boxes[:num_boxes])[0]
-    return found
+            x, y = points[i, 0], points[i, 1]
+            for j in near[:num_near]:
+                if j < num_discs:
+                    distance = disc_surface(x, y, discs[j])[0]
+                else:
+                    distance = box_surface(x, y, boxes[j - num_discs])[0]
+                if distance < clearance[i]:
+                    clearance[i], body[i] = distance, j
+    return clearance, body
 
 
 @exact
@@ -329,8 +341,15 @@ def cast(origin: Vector, angles: Vector, discs: Matrix, boxes: Matrix, max_range
     A disc or a box around the origin is met from the inside.
 
     Disc: with c from the origin to its centre and u along the beam, t = c.u -+ sqrt((c.u)^2 - |c|^2 + r^2).
-    Box: the slab method in its own axes.
+    Box: the slab method in its own axes. Of many boxes, those beyond `max_range` are left out first.
     """
+    within = np.empty_like(boxes)
+    num_within = 0
+    for j in range(len(boxes)):
+        if not box_distance(origin[0], origin[1], boxes[j]) > max_range + _ROUNDING:
+            within[num_within] = boxes[j]
+            num_within += 1
+    boxes = within[:num_within]
     ranges = np.full(len(angles), np.inf)
     for i in range(len(angles)):
         ux, uy = np.cos(angles[i]), np.sin(angles[i])

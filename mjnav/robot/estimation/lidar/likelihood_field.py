@@ -33,7 +33,7 @@ import numpy as np
 from mjnav.compile.compiled import Matrix, Vector, exact, kernel
 from mjnav.constant import Constant
 from mjnav.geometry.distance_field import DistanceField, FieldGrid, interpolated, lookup
-from mjnav.geometry.floor import Floor, box_surface, disc_surface
+from mjnav.geometry.floor import Floor
 from mjnav.messages import Array
 from mjnav.noise import Distribution
 from mjnav.scene.sensors import Lidar
@@ -78,9 +78,8 @@ class LikelihoodField(Constant):
     def of(cls, floor: Floor, lidar: Lidar, noise: Distribution) -> "LikelihoodField":
         """Of a floor that has what stands as high as the lidar."""
         field = DistanceField.of(floor, CELL)
-        grid = field.grid
-        thickness = _thickness(grid.clearance.shape, grid.x, grid.y, grid.cell, floor.discs, floor.boxes)
-        return cls(field, thickness, lidar, noise)
+        sizes = 2.0 * np.concatenate([floor.discs[:, 2], floor.boxes[:, 4:].min(axis=1)])
+        return cls(field, sizes[floor.nearest(field.nodes)[1]], lidar, noise)
 
     @property
     def is_empty(self) -> bool:
@@ -147,24 +146,6 @@ def _log_ratio(poses: Matrix, beams: Beams, grid: FieldGrid, thickness: Matrix):
                 total += np.log(product)
                 product = 1.0
         found[i] = total + np.log(product)
-    return found
-
-
-@exact
-def _thickness(shape: tuple[int, int], x: float, y: float, cell: float, discs: Matrix, boxes: Matrix):
-    """Of the body nearest to each node of a grid: a disc's diameter, a box's lesser side."""
-    found = np.zeros(shape)
-    for row in range(shape[0]):
-        for column in range(shape[1]):
-            at_x, at_y, nearest = x + column * cell, y + row * cell, np.inf
-            for j in range(len(discs)):
-                distance = disc_surface(at_x, at_y, discs[j])[0]
-                if distance < nearest:
-                    nearest, found[row, column] = distance, 2.0 * discs[j, 2]
-            for j in range(len(boxes)):
-                distance = box_surface(at_x, at_y, boxes[j])[0]
-                if distance < nearest:
-                    nearest, found[row, column] = distance, 2.0 * min(boxes[j, 4], boxes[j, 5])
     return found
 
 
