@@ -189,18 +189,12 @@ _TOGETHER = 32  # neighbouring points, of rows of a grid or of a scan, that shar
 def _nearest(points: Matrix, discs: Matrix, boxes: Matrix):
     """Of points (n, 2): the clearance, (n,), and the body that is nearest, discs first, -1 on an empty floor, (n,).
 
-    With a disc of radius a within a body and one of radius b around it, the body is between |x - centre| - b and
-    |x - centre| - a from x. No body is farther from neighbours of x than the nearest one from x by more than twice what
-    the neighbours are from x.
+    No body is farther from neighbours of x than the nearest one from x by more than twice what the neighbours are from
+    x.
     """
     num_discs, num = len(discs), len(discs) + len(boxes)
-    at_x, at_y, within, around, away = np.empty((5, num))
-    for j in range(num_discs):
-        at_x[j], at_y[j], within[j], around[j] = discs[j, 0], discs[j, 1], discs[j, 2], discs[j, 2]
-    for j in range(num_discs, num):
-        box = boxes[j - num_discs]
-        at_x[j], at_y[j], within[j], around[j] = box[0], box[1], min(box[4], box[5]), np.sqrt(box[4] ** 2 + box[5] ** 2)
-    clearance, body, near = np.full(len(points), np.inf), np.full(len(points), -1), np.empty(num, np.int64)
+    away, near = np.empty(num), np.empty(num, np.int64)
+    clearance, body = np.full(len(points), np.inf), np.full(len(points), -1)
     for first in range(0, len(points), _TOGETHER):
         x, y, last = points[first, 0], points[first, 1], min(first + _TOGETHER, len(points))
         reach, nearest, num_near = 0.0, np.inf, 0
@@ -208,20 +202,22 @@ def _nearest(points: Matrix, discs: Matrix, boxes: Matrix):
             distance = np.sqrt((points[i, 0] - x) ** 2 + (points[i, 1] - y) ** 2)
             if distance > reach:  # a NaN is not
                 reach = distance
+        for j in range(num_discs):
+            away[j] = disc_surface(x, y, discs[j])[0]
+            nearest = min(nearest, away[j])
+        for j in range(num_discs, num):
+            away[j] = box_surface(x, y, boxes[j - num_discs])[0]
+            nearest = min(nearest, away[j])
         for j in range(num):
-            away[j] = np.sqrt((at_x[j] - x) ** 2 + (at_y[j] - y) ** 2)
-            nearest = min(nearest, away[j] - within[j])
-        for j in range(num):
-            if not away[j] - around[j] > nearest + 2.0 * reach + _ROUNDING:
+            if not away[j] > nearest + 2.0 * reach + _ROUNDING:
                 near[num_near] = j
                 num_near += 1
         for i in range(first, last):
-            x, y = points[i, 0], points[i, 1]
             for j in near[:num_near]:
                 if j < num_discs:
-                    distance = disc_surface(x, y, discs[j])[0]
+                    distance = disc_surface(points[i, 0], points[i, 1], discs[j])[0]
                 else:
-                    distance = box_surface(x, y, boxes[j - num_discs])[0]
+                    distance = box_surface(points[i, 0], points[i, 1], boxes[j - num_discs])[0]
                 if distance < clearance[i]:
                     clearance[i], body[i] = distance, j
     return clearance, body
