@@ -19,7 +19,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO
-from math import cos, floor, sin
+from math import ceil, cos, floor, sin
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -290,9 +290,10 @@ def map_of(floor_plan: Floor, points: Array, resolution: float, image: str) -> O
     """
     from scipy.ndimage import label
 
+    rim = ceil(RIM / resolution)
     bounds = floor_plan.bounds or (points.min(axis=0), points.max(axis=0))
-    low = np.floor(np.minimum(bounds[0], points.min(axis=0)) / resolution + _ALIGNED) - 1.0
-    high = np.ceil(np.maximum(bounds[1], points.max(axis=0)) / resolution - _ALIGNED) + 1.0
+    low = np.floor(np.minimum(bounds[0], points.min(axis=0)) / resolution + _ALIGNED) - rim
+    high = np.ceil(np.maximum(bounds[1], points.max(axis=0)) / resolution - _ALIGNED) + rim
     columns, rows = (high - low).astype(int).tolist()
     if max(columns, rows) > MAX_SIDE:
         extent = resolution * max(columns, rows)
@@ -310,6 +311,7 @@ def map_of(floor_plan: Floor, points: Array, resolution: float, image: str) -> O
     return OccupancyGrid(info, cells.astype(np.int8))
 
 
+RIM = 1.0  # [m] around all: beyond a map a reader may take all for blocked
 _ALIGNED = 1e-6  # [cells] by which the sides of a cell and of a body may differ and be the same
 
 

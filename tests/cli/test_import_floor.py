@@ -44,3 +44,19 @@ def test_mistakes_are_said_in_the_words_of_the_command(mjnav, tmp_path):
         said = mjnav(*words)
         assert (said.code, said.out) == (2, "")
         assert answer in said.err
+
+
+def test_a_scene_saved_as_a_map_runs_as_a_map_and_its_log_needs_none(mjnav, tmp_path):
+    (tmp_path / "row.world").write_bytes(world(*ROW))
+    assert mjnav("map", "save", "row.world", "-o", "row.yaml", *WAY, "--resolution", "0.1").code == 0
+    said = json.loads(mjnav("import", "map", "row.yaml", "-o", "row.toml", *WAY, "--json").out)
+    assert said["wrote"]["walls"] > 5
+    assert mjnav("run", "row.yaml", *WAY, "--log", "a.mcap", *QUICK).code == 0
+    for name in ("row.yaml", "row.pgm", "row.toml"):
+        (tmp_path / name).unlink()
+    assert json.loads(mjnav("replay", "a.mcap", "--json").out)["identical"]
+    assert mjnav("map", "save", "a.mcap", "-o", "b.yaml", "-q").code == 0
+    again = mjnav("map", "save", "a.mcap", "-o", "b.yaml")
+    assert (again.code, again.err) == (2, "mjnav: b.yaml: exists already; choose another name\n")
+    wrong = mjnav("map", "save", "a.mcap", "-o", "c.yaml", "--resolution", "0.0001")
+    assert (wrong.code, "--resolution: found 0.0001" in wrong.err) == (2, True)

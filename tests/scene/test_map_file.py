@@ -307,7 +307,7 @@ def test_a_scene_keeps_its_occupied_cells_through_map_and_scene():
     points = np.array([[0.0, 0.0], [4.0, 0.0]])
     grid = map_of(floor, points, 0.05, "a.pgm")
     again = map_of(floor_of(map_walls(grid, unknown_blocks=True)), points, 0.05, "a.pgm")
-    inner = again.cells[2:-2, 2:-2]  # around it is the wall of what lies beyond the first map, and a rim
+    inner = again.cells[21:-21, 21:-21]  # around it is the wall of what lies beyond the first map, and a rim
     assert ((inner != FREE) == (grid.cells != FREE)).all()
     # A wall that lies on the lines of the cells has these and no others: 5 m x 0.1 m.
-    assert (grid.cells[:5] == OCCUPIED).sum() == 100 * 2
+    assert (grid.cells[:24] == OCCUPIED).sum() == 100 * 2
