@@ -18,15 +18,15 @@ from types import FrameType
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
     ".": 583,
-    "cli": 2353,
+    "cli": 2525,
     "compile": 303,
     "constraints": 357,
     "control": 3130,
     "filters": 289,
-    "geometry": 747,
+    "geometry": 788,
     "gym": 273,
     "log": 3280,
-    "loop": 2232,
+    "loop": 2233,
     "metrics": 2005,
     "motion": 553,
     "noise": 692,
@@ -34,12 +34,12 @@ BUDGETS = {  # code lines
     "report": 2606,
     "rkhs": 97,
     "robot": 3547,
-    "scene": 3117,
+    "scene": 3511,
     "settings": 806,
     "study": 3337,
-    "world": 2627,
+    "world": 2628,
 }
-MOST_FILES = 311
+MOST_FILES = 316
 MOST_IMPORTS = 0.104  # of all code lines
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
