@@ -214,8 +214,9 @@ def put_map(document: dict[str, Any], folder: Path | None) -> None:
     if isinstance(others, list):
         document["walls"] = [*others, *({**wall, "height": given.height} for wall in walls)]
     robot = document.get("robot")
-    for key in ("start", "goal") if isinstance(robot, dict) else ():
-        _check_free(f"robot.{key}", robot.get(key), grid, given.unknown)
+    if isinstance(robot, dict):
+        for key in ("start", "goal"):
+            _check_free(f"robot.{key}", robot.get(key), grid, given.unknown)
 
 
 def _check_free(key: str, point: Any, grid: OccupancyGrid, unknown: str) -> None:
@@ -267,8 +268,8 @@ def rectangles(cells: NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:
     for row, column in np.argwhere(left).tolist():
         if left[row, column]:
             columns, rows = _run(left[row, column:]), _run(left[row:, column])
-            lower = _run(left[row:, column : column + columns].all(axis=1))
-            further = _run(left[row : row + rows, column:].all(axis=0))
+            lower = _run(np.all(left[row:, column : column + columns], axis=1))
+            further = _run(np.all(left[row : row + rows, column:], axis=0))
             size = (lower, columns) if lower * columns >= rows * further else (rows, further)
             left[row : row + size[0], column : column + size[1]] = False
             yield (row, column, *size)
