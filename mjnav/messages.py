@@ -210,6 +210,9 @@ class Scan(ShortRepr):
     mount: Array = field(default_factory=lambda: np.zeros(3))  # (3,) pose of the lidar on the body
 
 
+MOST_STANDING = 128  # discs, and walls, of the known map in an observation: the nearest
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class KnownMap(ShortRepr):
     """What stands still and is known from the start."""

@@ -38,7 +38,7 @@ from mjnav.control.base import status_of
 from mjnav.control.parameters import LoopParameters
 from mjnav.geometry.angles import circular_mean, wrap
 from mjnav.geometry.distances import segment_distance
-from mjnav.messages import Array, Decision, Observation, ObstacleSamples, RobotLimits
+from mjnav.messages import MOST_STANDING, Array, Decision, Observation, ObstacleSamples, RobotLimits
 from mjnav.motion.unicycle import command_bounds
 from mjnav.settings import Choice, Length, Range, settle
 
@@ -155,8 +155,8 @@ def _people(features: Features, limits: RobotLimits, observation: Observation, f
 
 def people(observation: Observation) -> tuple[ObstacleSamples, ...]:
     """The people among the obstacles, which come before the map's legs and pillars."""
-    known = observation.map
-    return observation.obstacles[: len(observation.obstacles) - (len(known.discs) if known is not None else 0)]
+    known, obstacles = observation.map, observation.obstacles
+    return obstacles if known is None else obstacles[: len(obstacles) - min(len(known.discs), MOST_STANDING)]
 
 
 def _person(person: ObstacleSamples, limits: RobotLimits, frame: Frame) -> Array:

@@ -157,6 +157,5 @@ def record_at(scenario: Scenario, time: float, *, progress: Callable[[float], No
 
 def column_names(scenario: Scenario, seen: Observation) -> tuple[str, ...]:
     """What the columns of `CandidateCosts.cone` belong to: people, legs, pillars, the walls that were seen."""
-    floor = FloorMap(scenario)
-    walls = floor.wall_names(seen.robot_pose[:, :2].mean(axis=0))
-    return (*person_names(len(scenario.people)), *floor.names, *walls)
+    floor, position = FloorMap(scenario), seen.robot_pose[:, :2].mean(axis=0)
+    return (*person_names(len(scenario.people)), *floor.disc_names(position), *floor.wall_names(position))

@@ -144,5 +144,6 @@ class RunRecord:
             return None
         obstacle, samples, desired = found
         samples, desired = (sealed(np.asarray(values, float)) for values in (samples, desired))
-        names = (*(track.name for track in beliefs.people), *self._robot.floor_map.names)
+        discs = self._robot.floor_map.disc_names(observation.robot_pose[:, :2].mean(axis=0))
+        names = (*(track.name for track in beliefs.people), *discs)
         return ConeDistribution(names[obstacle], samples, desired, float((samples <= 0.0).mean()))

@@ -139,14 +139,14 @@ class Navigator:
         stretches = self._history.stretches(belief.time, effect)
         robot, people = self._own_samples(num) if own else self._samples_of(beliefs, num)
         pose, noise = self._robot_prediction.robot(robot, belief.time, effect, stretches)
-        floor = self.floor_map
+        floor, position = self.floor_map, pose[:, :2].mean(axis=0)
         observation = Observation(
             robot_pose=pose,
             control_noise=noise,
             twist=self._decided,
-            obstacles=(*self._predict_people(beliefs.people, people, effect, pose), *floor.discs),
+            obstacles=(*self._predict_people(beliefs.people, people, effect, pose), *floor.discs(position)),
             goal=self.goal,
-            walls=floor.walls(pose[:, :2].mean(axis=0)),
+            walls=floor.walls(position),
             lanes=self._observe_lanes(num),
             time=effect,
             scan=self._observe_scan(),

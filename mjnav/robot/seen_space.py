@@ -1,6 +1,6 @@
 """Obstacles around the robot: the known map as controllers use it, and what the latest scan saw besides.
 
-The map has legs and pillars as discs at rest, and walls as the faces towards the robot, of many walls the nearest.
+The map has legs and pillars as discs at rest, and walls as the faces towards the robot; of many the nearest.
 
 The scan's part is what a method is not told of, and how far the robot may go before it. Returns from a surface of the
 map and from somebody who is tracked are the method's own affair. All others may be anything: somebody who is not
@@ -22,16 +22,13 @@ from numpy.typing import NDArray
 from mjnav.constant import Constant
 from mjnav.geometry.distances import WHOLE_TURN, placed, segment_distance
 from mjnav.geometry.floor import cast
-from mjnav.messages import Array, KnownMap, ObstacleSamples, Reading, Track
+from mjnav.messages import MOST_STANDING, Array, KnownMap, ObstacleSamples, Reading, Track
 from mjnav.noise import Distribution
 from mjnav.robot.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
 from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import floor_of_lidar
 
 # --------------------------------------------------------------------------------------- static map
-
-
-NEAREST = 128  # walls that a controller sees: of a map they are rectangles, which may be as small as a cell
 
 
 class FloorMap(Constant):
@@ -47,8 +44,8 @@ class FloorMap(Constant):
         discs = [*legs, *pillars]
         positions = np.array([at for at, *_ in discs]).reshape(-1, 1, 2)
         radii = [radius for _, radius, _ in discs]
-        self.discs = tuple(map(ObstacleSamples, positions, repeat(np.zeros((1, 2))), radii))  # legs, pillars
-        self.names = tuple(name for *_, name in discs)
+        self._discs = tuple(map(ObstacleSamples, positions, repeat(np.zeros((1, 2))), radii))  # legs, pillars
+        self._disc_names = tuple(name for *_, name in discs)
         self._wall_names = known.wall_names
 
         start = np.array([wall.start for wall in known.walls], float).reshape(-1, 2)
@@ -66,23 +63,39 @@ class FloorMap(Constant):
         rows = np.column_stack([positions[:, 0], radii])
         self.known = KnownMap(np.stack([start, end], axis=1), 2.0 * half[:, 0], rows, left, right)
 
+    def discs(self, position: Array) -> tuple[ObstacleSamples, ...]:
+        """The legs and pillars that controllers see from `position` (2,)."""
+        return tuple(self._discs[i] for i in self._near_discs(position))
+
     def walls(self, position: Array) -> Array:
-        """The face on the side of `position` (2,) of each of the NEAREST walls: start and end, (W, 2, 2)."""
-        return self._near(position)[1]
+        """The faces towards `position` (2,) of the walls that controllers see from there: start and end, (W, 2, 2)."""
+        return self._near_walls(position)[1]
+
+    def disc_names(self, position: Array) -> tuple[str, ...]:
+        """Of the legs and pillars that controllers see from `position` (2,)."""
+        return tuple(self._disc_names[i] for i in self._near_discs(position))
 
     def wall_names(self, position: Array) -> tuple[str, ...]:
         """Of the walls that controllers see from `position` (2,)."""
-        return tuple(self._wall_names[i] for i in self._near(position)[0])
+        return tuple(self._wall_names[i] for i in self._near_walls(position)[0])
 
-    def _near(self, position: Array) -> tuple[NDArray[np.int_], Array]:
-        """The places of the NEAREST walls, ascending, and their faces towards `position` (2,)."""
+    def _near_discs(self, position: Array) -> NDArray[np.int_]:
+        discs = self.known.discs
+        return nearest(np.hypot(*(discs[:, :2] - position).T) - discs[:, 2])
+
+    def _near_walls(self, position: Array) -> tuple[NDArray[np.int_], Array]:
+        """The places of the walls and their faces towards `position` (2,)."""
         left = self._across @ position >= self._middle
         faces = self._faces[self._index, left.astype(int)]
-        if len(faces) <= NEAREST:
-            return self._index, faces
-        distance = segment_distance(position, faces[:, 0], faces[:, 1])
-        nearest = np.sort(np.argsort(distance, kind="stable")[:NEAREST])
-        return nearest, faces[nearest]
+        near = nearest(segment_distance(position, faces[:, 0], faces[:, 1]))
+        return near, faces[near]
+
+
+def nearest(distance: Array) -> NDArray[np.int_]:
+    """The places of the MOST_STANDING least distances, ascending."""
+    if len(distance) <= MOST_STANDING:
+        return np.arange(len(distance))
+    return np.sort(np.argsort(distance, kind="stable")[:MOST_STANDING])
 
 
 # --------------------------------------------------------------------------- space seen by the scan

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mjnav.messages import Reading
+from mjnav.messages import MOST_STANDING, Reading
 from mjnav.motion.unicycle import integrate
 from mjnav.robot.estimation import assumed_noise
-from mjnav.robot.seen_space import HIDDEN, NEAREST, FloorMap, SeenSpace, free_arc
+from mjnav.robot.seen_space import HIDDEN, FloorMap, SeenSpace, free_arc
 from mjnav.scene.bodies import Wall
 from mjnav.scene.load import load
 from mjnav.scene.spec import Scenario
@@ -18,14 +18,15 @@ from mjnav.world.simulator import Simulator
 
 
 def test_legs_and_pillars_are_discs_at_rest_under_their_bodies_names(room):
-    scenario = room()
+    scenario, position = room(), np.zeros(2)
     floor_map = FloorMap(scenario)
-    assert floor_map.names == ("table0",) * 4 + ("pillar0",)
-    assert [disc.radius for disc in floor_map.discs] == [0.03] * 4 + [scenario.pillars[0].radius]
-    assert all(disc.position.shape == (1, 2) and not disc.velocity.any() for disc in floor_map.discs)
-    legs = sorted(tuple(disc.position[0].round(9).tolist()) for disc in floor_map.discs[:4])
+    discs = floor_map.discs(position)
+    assert floor_map.disc_names(position) == ("table0",) * 4 + ("pillar0",)
+    assert [disc.radius for disc in discs] == [0.03] * 4 + [scenario.pillars[0].radius]
+    assert all(disc.position.shape == (1, 2) and not disc.velocity.any() for disc in discs)
+    legs = sorted(tuple(disc.position[0].round(9).tolist()) for disc in discs[:4])
     assert legs == [(3.2, 0.6), (3.2, 1.4), (4.8, 0.6), (4.8, 1.4)]
-    assert floor_map.discs[4].position.tolist() == [[3.0, -1.0]]
+    assert discs[4].position.tolist() == [[3.0, -1.0]]
 
 
 @pytest.mark.parametrize(("y", "face"), [(0.0, -1.8), (-5.0, -2.2)])
@@ -42,7 +43,7 @@ def test_of_many_walls_the_nearest_are_seen_under_their_own_names(scenario_of_wa
     floor_map = FloorMap(scenario_of_walls(start, end))
     position = np.array([3.0, -2.0])
     names, faces = floor_map.wall_names(position), floor_map.walls(position)
-    assert (len(names), faces.shape) == (NEAREST, (NEAREST, 2, 2))
+    assert (len(names), faces.shape) == (MOST_STANDING, (MOST_STANDING, 2, 2))
     seen = [int(name.removeprefix("wall")) for name in names]
     assert seen == sorted(seen)
     away = np.array([np.hypot(*(start[i] + t * (end[i] - start[i]) - position)) for i in range(700) for t in SHARES])

@@ -65,11 +65,11 @@ def test_a_name_that_is_none_is_refused_with_the_nearest_one(key):
 
 def test_controllers_go_by_the_map_and_the_world_stays_as_it_is():
     scenario = loads(ROOM + '[estimation.map]\nmissing = ["table0"]\nshift = [0.1, 0, 0]\n')
-    floor = FloorMap(scenario)
+    floor, position = FloorMap(scenario), np.zeros(2)
     bodies = scenario.known_bodies
     expected = floor_of_robot(bodies.walls, bodies.tables, bodies.pillars)
     assert floor.known.discs == pytest.approx(expected.discs)
-    assert floor.names == ("table1",) * 4 + ("pillar0", "pillar1")
+    assert floor.disc_names(position) == ("table1",) * 4 + ("pillar0", "pillar1")
     with mjnav.Simulation(scenario, log=False) as simulation:
-        assert len(simulation.observe().obstacles) == len(floor.names)
+        assert len(simulation.observe().obstacles) == len(floor.disc_names(position))
         assert len(simulation.scenario.tables) == 2

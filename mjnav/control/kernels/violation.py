@@ -34,12 +34,16 @@ def meet_discs(
     reach (T, B) is R + m, per_margin (T, B) 1 / m, and discount (T, B) gamma.
     """
     for t in range(qx.shape[0]):
+        low_x, high_x, low_y, high_y = x[t].min(), x[t].max(), y[t].min(), y[t].max()
         for b in range(qx.shape[1]):
             px, py = qx[t, b], qy[t, b]
             cx, cy, spread = _centre_and_spread(px, py)
             limit, slope, most = reach[t, b], reach[t, b] * per_margin[t, b], discount[t, b]
             fall = per_margin[t, b]
             outside = (limit + spread) ** 2
+            beside_x, beside_y = max(low_x - cx, cx - high_x, 0.0), max(low_y - cy, cy - high_y, 0.0)
+            if beside_x**2 + beside_y**2 >= outside:
+                continue  # no rollout can come there
             for k in range(x.shape[1]):
                 rx, ry = x[t, k], y[t, k]
                 if (rx - cx) ** 2 + (ry - cy) ** 2 >= outside:
@@ -69,12 +73,20 @@ def meet_walls(
     _, _, spread = _centre_and_spread(ex, ey)
     spread += np.sqrt(ex.mean() ** 2 + ey.mean() ** 2)
     fall = 1.0 / margin
+    box = np.empty((x.shape[0], 4))  # around all rollouts at the end of each step
+    for t in range(x.shape[0]):
+        box[t, 0], box[t, 1], box[t, 2], box[t, 3] = x[t].min(), x[t].max(), y[t].min(), y[t].max()
     for w in range(wall.shape[0]):
         ax, ay = wall[w, 0], wall[w, 1]
         dx, dy = wall[w, 2] - ax, wall[w, 3] - ay
         per_length = 1.0 / max(dx * dx + dy * dy, TINY)
         outside, slope = (reach[w] + spread) ** 2, reach[w] * fall
+        low_x, high_x, low_y, high_y = min(0.0, dx) + ax, max(0.0, dx) + ax, min(0.0, dy) + ay, max(0.0, dy) + ay
         for t in range(x.shape[0]):
+            beside_x = max(box[t, 0] - high_x, low_x - box[t, 1], 0.0)
+            beside_y = max(box[t, 2] - high_y, low_y - box[t, 3], 0.0)
+            if beside_x**2 + beside_y**2 >= outside:
+                continue  # no rollout can come there
             for k in range(x.shape[1]):
                 px, py = x[t, k] - ax, y[t, k] - ay
                 along = min(max((px * dx + py * dy) * per_length, 0.0), 1.0)
