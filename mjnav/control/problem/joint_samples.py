@@ -66,8 +66,9 @@ class JointSamples:
         """The discs and walls in reach, for `steps` steps of `step` [s]."""
         o, mean, offsets = problem.observation, problem.mean_pose[:2], robot_offsets(problem)
         near = [o.obstacles[j] for j in reach.discs]
-        moving = [body for body in near if _moves(body)]
-        standing = [body for body in near if not _moves(body)]
+        moves = [_moves(body) for body in near]
+        moving = [body for body, goes in zip(near, moves, strict=True) if goes]
+        standing = [body for body, goes in zip(near, moves, strict=True) if not goes]
         points = np.array([body.position[0] for body in standing]).reshape(-1, 2) - mean
         walls = (o.walls[list(reach.walls)] - mean).reshape(-1, 4)
         radius = problem.limits.radius + problem.parameters.safety_margin
@@ -108,7 +109,7 @@ class JointSamples:
 
 
 def _moves(body: ObstacleSamples) -> bool:
-    return body.future is not None or len(body.position) > 1 or bool(body.velocity.any())
+    return body.future is not None or len(body.position) > 1 or body.velocity.tolist() != [[0.0, 0.0]]
 
 
 def _relative_paths(bodies: list[ObstacleSamples], mean: Array, offsets: Array, times: Array) -> tuple[Array, Array]:
