@@ -17,7 +17,7 @@ from types import FrameType
 
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
-    ".": 583,
+    ".": 584,
     "cli": 2525,
     "compile": 303,
     "constraints": 357,
