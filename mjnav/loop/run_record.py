@@ -98,7 +98,7 @@ class RunRecord:
             observation=observation,
             decision=decision,
             command=command,
-            cone=self._cone(beliefs, asked, decision) if self._cones else None,
+            cone=self._cone(observation, beliefs, asked, decision) if self._cones else None,
             events=self._events.of_tick(truth, beliefs, decision, updated=bool(readings), given=asked is None),
         )
         self._trajectory.add(record)
@@ -135,15 +135,15 @@ class RunRecord:
             self._recorder.finish(final, summary.document(), events, replay)
 
     def _cone(
-        self, beliefs: Beliefs | None, observation: Observation | None, decision: Decision
+        self, seen: Observation | None, beliefs: Beliefs | None, asked: Observation | None, decision: Decision
     ) -> ConeDistribution | None:
-        if beliefs is None or observation is None:
+        if beliefs is None or asked is None or seen is None:
             return None
-        found = self._robot.controller.closest_cone(observation, decision)
+        found = self._robot.controller.closest_cone(asked, decision)
         if found is None:
             return None
         obstacle, samples, desired = found
         samples, desired = (sealed(np.asarray(values, float)) for values in (samples, desired))
-        discs = self._robot.floor_map.disc_names(observation.robot_pose[:, :2].mean(axis=0))
+        discs = self._robot.floor_map.disc_names(seen.robot_pose[:, :2].mean(axis=0))
         names = (*(track.name for track in beliefs.people), *discs)
         return ConeDistribution(names[obstacle], samples, desired, float((samples <= 0.0).mean()))
