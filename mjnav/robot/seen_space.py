@@ -12,7 +12,7 @@ the lidar's field of view. Next to one another such beams leave a gap of angle g
 unseen from the distance HIDDEN / sin(g / 2) on. There the gap counts as an obstacle.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import repeat
 
@@ -81,21 +81,21 @@ class FloorMap(Constant):
 
     def _near_discs(self, position: Array) -> NDArray[np.int_]:
         discs = self.known.discs
-        return nearest(np.hypot(*(discs[:, :2] - position).T) - discs[:, 2])
+        return nearest(len(discs), lambda: np.hypot(*(discs[:, :2] - position).T) - discs[:, 2])
 
     def _near_walls(self, position: Array) -> tuple[NDArray[np.int_], Array]:
         """The places of the walls and their faces towards `position` (2,)."""
         left = self._across @ position >= self._middle
         faces = self._faces[self._index, left.astype(int)]
-        near = nearest(segment_distance(position, faces[:, 0], faces[:, 1]))
+        near = nearest(len(faces), lambda: segment_distance(position, faces[:, 0], faces[:, 1]))
         return near, faces[near]
 
 
-def nearest(distance: Array) -> NDArray[np.int_]:
-    """The places of the MOST_STANDING least distances, ascending."""
-    if len(distance) <= MOST_STANDING:
-        return np.arange(len(distance))
-    return np.sort(np.argsort(distance, kind="stable")[:MOST_STANDING])
+def nearest(num: int, distance: Callable[[], Array]) -> NDArray[np.int_]:
+    """The places of the MOST_STANDING nearest of `num` bodies, ascending; few bodies are not asked their distance."""
+    if num <= MOST_STANDING:
+        return np.arange(num)
+    return np.sort(np.argsort(distance(), kind="stable")[:MOST_STANDING])
 
 
 # --------------------------------------------------------------------------- space seen by the scan

@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mjnav.messages import MOST_STANDING, Reading
+from mjnav.control.policy import people
+from mjnav.messages import MOST_STANDING, Observation, ObstacleSamples, Reading
 from mjnav.motion.unicycle import integrate
 from mjnav.robot.estimation import assumed_noise
 from mjnav.robot.seen_space import HIDDEN, FloorMap, SeenSpace, free_arc
-from mjnav.scene.bodies import Wall
+from mjnav.scene.bodies import Pillar, Wall
 from mjnav.scene.load import load
 from mjnav.scene.spec import Scenario
 from mjnav.world.simulator import Simulator
@@ -52,6 +53,24 @@ def test_of_many_walls_the_nearest_are_seen_under_their_own_names(scenario_of_wa
     # A face lies half a thickness from the line, and is as much longer.
     assert nearest[seen].max() <= nearest[left_out].min() + 0.25
     np.testing.assert_allclose(faces.mean(axis=1), 0.5 * (start + end)[seen], atol=0.051)
+
+
+def test_of_many_pillars_the_nearest_surfaces_are_seen_under_their_own_names_and_none_is_taken_for_a_person(room):
+    rng = np.random.default_rng(4)
+    at, radius = rng.uniform(-50.0, 50.0, (300, 2)), rng.uniform(0.05, 2.0, 300)
+    pillars = tuple(Pillar((x, y), r) for (x, y), r in zip(at.tolist(), radius.tolist(), strict=True))
+    scenario = replace(room(), tables=(), pillars=pillars)
+    floor_map, position = FloorMap(scenario), np.array([3.0, -2.0])
+    names, discs = floor_map.disc_names(position), floor_map.discs(position)
+    seen = [int(name.removeprefix("pillar")) for name in names]
+    away = np.hypot(*(at - position).T) - radius
+    assert seen == sorted(np.argsort(away)[:MOST_STANDING].tolist())
+    np.testing.assert_array_equal([disc.position[0] for disc in discs], at[seen])
+    assert [disc.radius for disc in discs] == radius[seen].tolist()
+    person = ObstacleSamples(np.zeros((2, 2)), np.zeros((2, 2)), 0.3)
+    pose = np.zeros((1, 3))
+    observation = Observation(pose, pose[:, :2], pose[0, :2], (person, *discs), pose[0, :2], map=floor_map.known)
+    assert people(observation) == (person,)
 
 
 SHARES = np.linspace(0.0, 1.0, 101)

@@ -26,6 +26,23 @@ def _centre_and_spread(x, y):
 
 
 @kernel
+def _bounds(x, y):
+    """The box around all rollouts at the end of each step: low x, high x, low y, high y, (T, 4)."""
+    bounds = np.empty((x.shape[0], 4))
+    for t in range(x.shape[0]):
+        bounds[t, 0], bounds[t, 1], bounds[t, 2], bounds[t, 3] = x[t].min(), x[t].max(), y[t].min(), y[t].max()
+    return bounds
+
+
+@kernel
+def _apart_squared(bounds, low_x, high_x, low_y, high_y):
+    """The squared distance of a box around a body from the rollouts' box (4,) of a step."""
+    beside_x = max(bounds[0] - high_x, low_x - bounds[1], 0.0)
+    beside_y = max(bounds[2] - high_y, low_y - bounds[3], 0.0)
+    return beside_x**2 + beside_y**2
+
+
+@kernel
 def meet_discs(
     h: Matrix, x: Matrix, y: Matrix, qx: Cube, qy: Cube, reach: Matrix, per_margin: Matrix, discount: Matrix
 ):
@@ -33,17 +50,16 @@ def meet_discs(
 
     reach (T, B) is R + m, per_margin (T, B) 1 / m, and discount (T, B) gamma.
     """
+    bounds = _bounds(x, y)
     for t in range(qx.shape[0]):
-        low_x, high_x, low_y, high_y = x[t].min(), x[t].max(), y[t].min(), y[t].max()
         for b in range(qx.shape[1]):
             px, py = qx[t, b], qy[t, b]
             cx, cy, spread = _centre_and_spread(px, py)
             limit, slope, most = reach[t, b], reach[t, b] * per_margin[t, b], discount[t, b]
             fall = per_margin[t, b]
             outside = (limit + spread) ** 2
-            beside_x, beside_y = max(low_x - cx, cx - high_x, 0.0), max(low_y - cy, cy - high_y, 0.0)
-            if beside_x**2 + beside_y**2 >= outside:
-                continue  # no rollout can come there
+            if _apart_squared(bounds[t], cx, cx, cy, cy) >= outside:
+                continue
             for k in range(x.shape[1]):
                 rx, ry = x[t, k], y[t, k]
                 if (rx - cx) ** 2 + (ry - cy) ** 2 >= outside:
@@ -73,9 +89,7 @@ def meet_walls(
     _, _, spread = _centre_and_spread(ex, ey)
     spread += np.sqrt(ex.mean() ** 2 + ey.mean() ** 2)
     fall = 1.0 / margin
-    box = np.empty((x.shape[0], 4))  # around all rollouts at the end of each step
-    for t in range(x.shape[0]):
-        box[t, 0], box[t, 1], box[t, 2], box[t, 3] = x[t].min(), x[t].max(), y[t].min(), y[t].max()
+    bounds = _bounds(x, y)
     for w in range(wall.shape[0]):
         ax, ay = wall[w, 0], wall[w, 1]
         dx, dy = wall[w, 2] - ax, wall[w, 3] - ay
@@ -83,10 +97,8 @@ def meet_walls(
         outside, slope = (reach[w] + spread) ** 2, reach[w] * fall
         low_x, high_x, low_y, high_y = min(0.0, dx) + ax, max(0.0, dx) + ax, min(0.0, dy) + ay, max(0.0, dy) + ay
         for t in range(x.shape[0]):
-            beside_x = max(box[t, 0] - high_x, low_x - box[t, 1], 0.0)
-            beside_y = max(box[t, 2] - high_y, low_y - box[t, 3], 0.0)
-            if beside_x**2 + beside_y**2 >= outside:
-                continue  # no rollout can come there
+            if _apart_squared(bounds[t], low_x, high_x, low_y, high_y) >= outside:
+                continue
             for k in range(x.shape[1]):
                 px, py = x[t, k] - ax, y[t, k] - ay
                 along = min(max((px * dx + py * dy) * per_length, 0.0), 1.0)
