@@ -14,18 +14,19 @@ import numpy as np
 
 from mjnav.control import make_controller
 from mjnav.control.base import Controller
+from mjnav.control.problem.fan import num_rollouts
 from mjnav.messages import KnownMap, Observation, ObstacleSamples, RobotLimits
 
-# people, joint samples, perturbed rollouts; the first row is the budget's
+# people, joint samples, turn rates of the first moves; the first row is the budget's
 ROWS = (
-    (12, 48, 320),
-    (0, 48, 320),
-    (4, 48, 320),
-    (24, 48, 320),
-    (12, 12, 320),
-    (12, 200, 320),
-    (12, 48, 100),
-    (12, 48, 1000),
+    (12, 48, 7),
+    (0, 48, 7),
+    (4, 48, 7),
+    (24, 48, 7),
+    (12, 12, 7),
+    (12, 200, 7),
+    (12, 48, 3),
+    (12, 48, 25),
 )
 PERIOD = 0.1  # [s]
 SPREAD = 0.08  # [m, m/s] standard deviation of the beliefs of people
@@ -68,11 +69,12 @@ def main() -> None:
     unit = measured(make_controller("rkhs", limits, PERIOD), 12, decisions)
     print(f"rkhs, 12 people: {np.median(unit):.2f} ms p50, {np.quantile(unit, 0.99):.2f} ms p99")
     print("people  samples  rollouts     p50     p99   ratio")
-    for num_people, samples, rollouts in ROWS:
-        controller = make_controller("rkhs-plan", limits, PERIOD, samples=samples, rollouts=rollouts)
+    for num_people, samples, turn_rates in ROWS:
+        controller = make_controller("rkhs-plan", limits, PERIOD, samples=samples, num_turn_rates=turn_rates)
         found = measured(controller, num_people, decisions)
         p50, p99 = np.quantile(found, [0.5, 0.99])
-        print(f"{num_people:6d}{samples:9d}{rollouts:10d}{p50:8.2f}{p99:8.2f}{p50 / np.median(unit):8.1f}", flush=True)
+        row = f"{num_people:6d}{samples:9d}{num_rollouts(3, turn_rates):10d}{p50:8.2f}{p99:8.2f}"
+        print(f"{row}{p50 / np.median(unit):8.1f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,8 @@ from scipy.spatial.distance import pdist, squareform
 
 from mjnav.control.methods.rkhs_plan import RkhsPlan, RkhsPlanParameters
 from mjnav.control.parameters import LEAST, Count, Positive
-from mjnav.control.planner import Risks
+from mjnav.control.planner import Options, Planner, Weighed
+from mjnav.control.problem.fan import ALONE, by_first_move
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
@@ -24,7 +25,6 @@ from mjnav.control.rollouts import Rollouts
 from mjnav.geometry.way_field import WayField
 from mjnav.messages import Array, KnownMap
 from mjnav.rkhs.gaussian import gaussian_mmd_squared
-from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
 from mjnav.settings import Range
 
 Distance = Callable[[Array], Array]  # of violations (K, S): (K,)
@@ -32,12 +32,20 @@ Distance = Callable[[Array], Array]  # of violations (K, S): (K,)
 # ------------------------------------------------------------------------------------------- the rollouts
 
 
-class NoGuides(RkhsPlan):
-    """Without guides, escapes and waiting: standing, the plan so far, the straight way, and perturbations."""
+class NoRecourse(RkhsPlan):
+    """A rollout is judged as if nothing more were known when its second move comes."""
 
-    def guides(self, heading: float, way_direction: float, speed: float, back_speed: float) -> Array:
-        """The straight way alone."""
-        return super().guides(heading, way_direction, speed, back_speed)[:1]
+    options = Planner.options
+
+
+class OneMove(RkhsPlan):
+    """No second move: behind the first comes the way to the goal."""
+
+    def options(self, weighed: Weighed, samples: JointSamples) -> Options:
+        """What has no second move."""
+        rows = np.arange(len(weighed.goal))
+        kept = np.append(by_first_move(rows)[:, 0], rows[-ALONE:])
+        return Options(weighed.total[kept], weighed.risks.contact[kept], kept)
 
 
 class StraightWay(RkhsPlan):
@@ -46,18 +54,6 @@ class StraightWay(RkhsPlan):
     def way_field(self, known: KnownMap | None, goal: Array, start: Array) -> WayField:
         """Of an empty floor."""
         return super().way_field(None, goal, start)
-
-
-class NoTail(RkhsPlan):
-    """A plan ends where its last step does, moving or not."""
-
-    ends_at_rest = False
-
-
-class CheapestOnly(RkhsPlan):
-    """The cheapest rollout is followed, never the mean."""
-
-    follows_mean = False
 
 
 # ------------------------------------------------------------------------------------------- the violation
@@ -72,54 +68,11 @@ class TimeIntegral(RkhsPlan):
         return np.mean(each, axis=0)
 
 
-class EachObstacle(RkhsPlan):
-    """The distances of every obstacle's own violations, added up: not joint over obstacles."""
-
-    def risks_of(self, problem: Problem, reach: Reach, samples: JointSamples) -> Callable[[Rollouts], Risks]:
-        """lambda sum_j MMD({h_js}, 0), and P(max_j h_js >= 1)."""
-        distance, parts = self.distance(samples), _bodies(samples)
-
-        def risks(rollouts: Rollouts) -> Risks:
-            h = np.zeros((rollouts.x.shape[1], samples.offsets.shape[1]))
-            cost = np.zeros(len(h))
-            for part in parts:
-                own = self.violation(part, rollouts)
-                cost += self.parameters.weight * distance(own)
-                h = np.maximum(h, own)
-            return Risks(cost, (h >= 1.0).mean(axis=1), h)
-
-        return risks
-
-
 def _at(t: int, samples: JointSamples, rollouts: Rollouts) -> tuple[JointSamples, Rollouts]:
     """Step t alone."""
     (x, y), r = samples.moving, rollouts
     moment = replace(samples, moving=(x[[t]], y[[t]]), times=samples.times[[t]])
     return moment, Rollouts(r.controls[:, [t]], r.x[[t]], r.y[[t]], r.heading[[t]], r.step)
-
-
-def _bodies(samples: JointSamples) -> list[JointSamples]:
-    """Each body alone, and each lane boundary."""
-    (x, y), s = samples.moving, samples
-    nothing = replace(
-        s,
-        moving=(x[:, :0].copy(), y[:, :0].copy()),
-        moving_radius=s.moving_radius[:0],
-        standing=s.standing[:0],
-        standing_radius=s.standing_radius[:0],
-        lanes=(),
-    )
-    return [
-        *(
-            replace(nothing, moving=(x[:, [b]], y[:, [b]]), moving_radius=s.moving_radius[[b]])
-            for b in range(x.shape[1])
-        ),
-        *(
-            replace(nothing, standing=s.standing[[w]], standing_radius=s.standing_radius[[w]])
-            for w in range(len(s.standing))
-        ),
-        *(replace(nothing, lanes=(lane,)) for lane in s.lanes),
-    ]
 
 
 # --------------------------------------------------------------------------------- the Hilbert space's part
@@ -131,23 +84,6 @@ class ContactShare(RkhsPlan):
     def distance(self, samples: JointSamples) -> Distance:
         """P(h >= 1)."""
         return lambda h: (h >= 1.0).mean(axis=1)
-
-
-class SafestMatched(RkhsPlan):
-    """The distance from the violations of the safest rollout, in place of none (what the paper matches is a plan's)."""
-
-    def distance(self, samples: JointSamples) -> Distance:
-        """MMD({h_s(k)}, {h_s(k*)}), k* of least mean violation among the rollouts that were weighed first."""
-        kernel = PolynomialKernel(self.parameters.degree)
-        safest: list[Array] = []
-
-        def distance(h: Array) -> Array:
-            if not safest:
-                safest.append(h[np.argmin(h.mean(axis=1))])
-            moments, desired = (raw_moments(violations, kernel.degree) for violations in (h, safest[0]))
-            return np.sqrt(moment_distance(moments, desired, kernel))
-
-        return distance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -144,22 +144,22 @@ _COPIES = 2
 _SIZES = ("samples", "num_v", "num_omega", "num_components", "rollouts", "steps", "knots")
 
 
-def check_memory(parameters: Any, braking: int = 0) -> None:
+def check_memory(parameters: Any, rollouts: int | None = None) -> None:
     """Refuses parameters with which one decision takes more than MAX_BYTES of memory.
 
     Of candidates that is every constraint's samples at each of them, a pair for any two samples of the beliefs; of
-    rollouts the samples at every step, `braking` steps after the others. A parameter that the method does not have
-    counts once. Raises InvalidValue.
+    rollouts, as many as are told or as the parameters say, the samples at every step. A parameter that the method does
+    not have counts once. Raises InvalidValue.
     """
-    samples, num_v, num_omega, components, rollouts, steps, knots = (getattr(parameters, key, 1) for key in _SIZES)
+    samples, num_v, num_omega, components, perturbed, steps, knots = (getattr(parameters, key, 1) for key in _SIZES)
     candidates = num_v * num_omega * max(samples**2, components)
-    braked = f" and {braking} of braking" if braking else ""
-    rolled_out = rollouts * max((steps + braking) * samples, knots)
-    for key, numbers, what in (
+    key, num = ("rollouts", perturbed) if rollouts is None else ("num_speeds", rollouts)
+    rolled_out = num * max(steps * samples, knots)
+    for name, numbers, what in (
         ("num_v", candidates, f"{num_v} x {num_omega} candidates"),
-        ("rollouts", rolled_out, f"{rollouts} rollouts of {steps} steps{braked}"),
+        (key, rolled_out, f"{num} rollouts of {steps} steps"),
     ):
         size = _COPIES * _NUMBER * numbers
         if size > MAX_BYTES:
             allowed = f"what takes at most {MAX_BYTES / 1e9:g} GB of memory a decision; this takes {size / 1e9:.3g} GB"
-            raise InvalidValue(key, f"{what}, {samples} samples of each belief", allowed)
+            raise InvalidValue(name, f"{what}, {samples} samples of each belief", allowed)

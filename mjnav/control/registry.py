@@ -143,11 +143,11 @@ METHODS = registry(
         "mppi", "mppi:Mppi", "a mean of sampled rollouts, weighted by their cost", "Williams et al. 2017; DRA-MPPI 2025"
     ),
     Method(
-        "mppi-plus", "mppi_plus:MppiPlus", "mppi with guides, progress, effort and the way around what stands",
-        "Williams et al. 2017; Trevisan & Alonso-Mora 2024",
+        "mppi-plus", "mppi_plus:MppiPlus", "the rollouts and costs of rkhs-plan with the risk of mppi",
+        "this project; the risk as in DRA-MPPI 2025",
     ),
     Method(
-        "rkhs-plan", "rkhs_plan:RkhsPlan", "plans whose joint violations are nearest to none by MMD",
+        "rkhs-plan", "rkhs_plan:RkhsPlan", "moves whose joint violations, with recourse, are nearest to none by MMD",
         "this project, after Nair et al. 2021",
     ),
     Method(

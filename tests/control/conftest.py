@@ -12,7 +12,7 @@ from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Lanes, Observation, ObstacleSamples
 from mjnav.motion.unicycle import integrate, reachable
 
-SMALL = {"num_v": 6, "num_omega": 7, "rollouts": 40}
+SMALL = {"num_v": 6, "num_omega": 7, "rollouts": 40, "num_turn_rates": 3}
 
 
 def small_parameters(name: str) -> dict[str, int]:

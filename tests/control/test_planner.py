@@ -1,6 +1,6 @@
-"""What is true of every plan: it ends at rest, is feasible where one is, and leaves the most time where none is."""
+"""What a planner weighs and which way it goes: recourse and feasibility, against both written out in plain Python."""
 
-from math import cos, hypot, pi, sin
+from math import comb, cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -9,105 +9,142 @@ from hypothesis import strategies as st
 
 from mjnav.control import Status, make_controller
 from mjnav.control.planner import effort
-from mjnav.control.rollouts import Rollouts
+from mjnav.control.problem.fan import SECOND, led, moves, num_rollouts
+from mjnav.control.rollouts import ControlLimits, Rollouts
+from mjnav.geometry.floor import Floor
+from mjnav.geometry.way_field import WayField
 from mjnav.messages import KnownMap, ObstacleSamples, RobotLimits
 from mjnav.metrics.effort import control_cost
 
-FEW = {"rollouts": 20}
-SLOW = RobotLimits(max_acceleration=0.3, max_turn_rate=1.5, max_turn_acceleration=0.5)
+STEP = 0.2
 BACK = RobotLimits(min_speed=-0.6, max_acceleration=0.9)
+EMPTY = Floor(np.zeros((0, 3)), np.zeros((0, 6)))
+CROWDED = {"spread": 0.15, "near": 0.4, "far": 2.0, "num_samples": 7}
+
+# ------------------------------------------------------------------------------------------ the rollouts
+
+
+def controls_of(rows, heading, goal, limits, steps=20, twist=(0.0, 0.0)):
+    """Wanted controls of moves from the origin, and where they lead."""
+    within = ControlLimits.of(np.array(twist), limits, 0.1, STEP)
+    way = WayField.of(EMPTY, goal, 0.25).grid
+    wanted = led(rows, np.array([0.0, 0.0, heading]), way, within, 0.8, 1.0, 0.4, STEP, steps)
+    return wanted, Rollouts.of(wanted, heading, within, STEP)
+
+
+@settings(max_examples=30)
+@given(
+    st.floats(-pi, pi), st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)),
+    st.tuples(st.floats(0.0, 1.0), st.floats(-1.5, 1.5)), st.sampled_from([RobotLimits(), BACK]),
+)  # fmt: skip
+def test_every_rollout_is_within_the_limits_and_there_are_as_many_as_are_counted(heading, goal, twist, limits):
+    rows = moves(limits, np.array(twist), 0.8, 3, 5, 0.6)
+    assert len(rows) == num_rollouts(3, 5) - (0 if limits is BACK else 5 * len(SECOND))
+    wanted, driven = controls_of(rows, heading, goal, limits, twist=twist)
+    assert np.abs(driven.controls - wanted).max() < 1e-12
+
+
+def test_a_rollout_is_two_moves_and_then_the_way_to_the_goal():
+    quick = RobotLimits(max_acceleration=100.0, max_turn_acceleration=100.0)
+    rows = moves(quick, np.array([0.3, 0.2]), 0.8, 3, 7, 0.6)
+    wanted, driven = controls_of(rows, 0.5, (2.0, -1.0), quick, steps=60)
+    num = len(SECOND)
+    first = [(v, omega) for v in (0.0, 0.4, 0.8) for omega in np.linspace(-1.5, 1.5, 7)] + [(0.3, 0.2)]
+    for a, move in enumerate(first):
+        for b, (v, omega, lasting) in enumerate(SECOND):
+            u = wanted[:, :, a * num + b].T
+            assert u[:3] == pytest.approx(np.tile(move, (3, 1)))
+            end = 3 + round(lasting / STEP)
+            assert u[3:end] == pytest.approx(np.tile((0.8 * v, 1.5 * omega), (end - 3, 1)))
+    ends = np.hypot(driven.x[-1] - 2.0, driven.y[-1] + 1.0)
+    assert ends[:-2].max() < 0.05  # by 12 s all but who stands are at the goal
+    assert (wanted[:, :, -2] == 0.0).all()
+    assert ends[-1] < 0.01
+
+
+# -------------------------------------------------------------------------------------------- the choice
 
 
 def watch(controller):
-    """The list of all rollouts that it weighs with their risks: those of the fan first, then their mean."""
-    risks_of, weighed = controller.risks_of, []
+    """The list of what it weighs, with the options that it sees."""
+    options, watched = controller.options, []
 
-    def watched_risks_of(*problem):
-        risks = risks_of(*problem)
+    def watched_options(weighed, samples):
+        watched.append((weighed, options(weighed, samples)))
+        return watched[-1][1]
 
-        def watched(rollouts):
-            found = risks(rollouts)
-            weighed.append((rollouts, found))
-            return found
-
-        return watched
-
-    controller.risks_of = watched_risks_of
-    return weighed
+    controller.options = watched_options
+    return watched
 
 
-def paths_of(observation, rollouts):
-    """(K, T, 2) in the world."""
-    return observation.robot_pose[:, :2].mean(axis=0) + np.stack([rollouts.x.T, rollouts.y.T], axis=-1)
+def distance(violations, degree):
+    """MMD of these to none."""
+    moments = [sum(h**p for h in violations) / len(violations) for p in range(degree + 1)]
+    return sqrt(sum(comb(degree, p) * moments[p] ** 2 for p in range(1, degree + 1)))
 
 
-@settings(max_examples=6)
-@given(st.integers(0, 10_000), st.sampled_from([RobotLimits(), SLOW, BACK]), st.booleans())
-def test_every_plan_ends_at_rest(observe, seed, limits, crowded):
-    controller = make_controller("rkhs-plan", limits, 0.1, **FEW)
-    weighed = watch(controller)
-    decision = controller.decide(observe(seed, **({"near": 0.05, "far": 2.5} if crowded else {})))
-    for rollouts, _ in weighed:
-        assert np.abs(rollouts.controls[:, -1]).max() < 1e-12
-    assert decision.plan.path[-1] == pytest.approx(decision.plan.path[-2], abs=1e-12)
+def literal_options(weighed, p):
+    """Cost and probability of a contact of every first move, of standing, and of the way alone."""
+    goal, h = weighed.goal.tolist(), weighed.risks.violation.tolist()
+    num, found = len(SECOND), []
+    for start in range(0, len(goal) - 2, num):
+        costs, met = [], []
+        for s in range(len(h[0])):
+            best = min(range(start, start + num), key=lambda k: goal[k] + p.weight * distance([h[k][s]], p.degree))
+            costs.append(goal[best])
+            met.append(h[best][s])
+        cost = sum(costs) / len(costs) + p.weight * distance(met, p.degree)
+        found.append((cost, sum(x >= 1.0 for x in met) / len(met)))
+    alone = [(goal[k] + p.weight * distance(h[k], p.degree), sum(x >= 1.0 for x in h[k]) / len(h[k])) for k in (-2, -1)]
+    return found + alone
 
 
-def test_a_mean_that_is_not_feasible_is_never_followed(observe, limits):
-    met = set()
-    for seed in range(30):
-        # A mean of all goes where none of them goes.
-        controller = make_controller("rkhs-plan", limits, 0.1, **FEW, temperature=50.0)
-        weighed = watch(controller)
-        o = observe(seed, near=0.6, far=2.0)
-        decision = controller.decide(o)
-        (fan, risks), *rest = weighed
-        if not decision.plan.feasible:
-            assert (risks.contact > 0.5).all()
-            continue
-        mean, mean_risks = rest[0]
-        follows_mean = (decision.plan.path == paths_of(o, mean)[0]).all()
-        met.add(bool(mean_risks.contact[0] > 0.5))
-        if mean_risks.contact[0] > 0.5:
-            assert not follows_mean
-            best = [k for k in range(len(risks.contact)) if (decision.plan.path == paths_of(o, fan)[k]).all()]
-            assert risks.contact[best].max() <= 0.5
-    assert met == {False, True}
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_the_first_move_is_the_cheapest_feasible_with_the_best_second_one_under_each_sample(observe, limits, degree):
+    ruled_out, given = 0, {"num_turn_rates": 3, "degree": degree, "weight": 1.0, "risk_bound": 0.1}
+    for seed in range(12):
+        controller = make_controller("rkhs-plan", limits, 0.1, **given)
+        watched = watch(controller)
+        decision = controller.decide(observe(seed, **CROWDED))
+        weighed, found = watched[0]
+        expected = literal_options(weighed, controller.parameters)
+        assert found.cost == pytest.approx([cost for cost, _ in expected])
+        assert found.contact == pytest.approx([contact for _, contact in expected])
+        feasible = [k for k, (_, contact) in enumerate(expected) if contact <= 0.1]
+        best = min(feasible or range(len(expected)), key=lambda k: expected[k][0])
+        assert (decision.v, decision.omega) == tuple(weighed.rollouts.controls[:, 0, found.rollout[best]])
+        assert (decision.status == Status.INFEASIBLE) == (not feasible)
+        ruled_out += min(expected)[1] > 0.1
+    assert ruled_out > 0
 
 
-def time_to_contact(path, observation, radius, step):
-    """[s] until the first contact on a path (T, 2), on average over samples, one step after its end without any."""
-    total, num = 0.0, len(observation.robot_pose)
-    for s in range(num):
-        first = (len(path) + 1) * step
-        for t in reversed(range(len(path))):
-            robot = path[t] - observation.robot_pose[:, :2].mean(axis=0) + observation.robot_pose[s, :2]
-            for disc in observation.obstacles:
-                at = disc.position[s] + (t + 1) * step * disc.velocity[s]
-                if hypot(*(robot - at)) < radius + disc.radius:
-                    first = (t + 1) * step
-        total += first
-    return total / num
-
-
-@pytest.mark.parametrize(("method", "far_sighted"), [("mppi-plus", {}), ("rkhs-plan", {"fading": 5.0, "margin": 0.4})])
-def test_where_nothing_is_feasible_the_plan_leaves_the_most_time(alone, limits, method, far_sighted):
-    rng, people = np.random.default_rng(0), []
-    for j in range(9):
-        angle, distance = 2.0 * pi * j / 9, 1.0 + 0.05 * j  # a gap closes last at one side
-        towards = np.array([cos(angle), sin(angle)])
-        position = distance * towards + 0.02 * rng.normal(size=(4, 2))
-        people.append(ObstacleSamples(position, np.tile(-0.5 * towards, (4, 1)), 0.3))
-    o = alone(num_samples=4, twist=(0.0, 0.0), obstacles=people)
-    controller = make_controller(method, limits, 0.1, **FEW, **far_sighted, safety_margin=0.0)
-    weighed = watch(controller)
+def test_where_one_plan_for_all_samples_stops_recourse_drives_on(alone, limits):
+    """Somebody ahead goes to the left or to the right: no plan is good in both cases, to drive on and see is."""
+    person = ObstacleSamples(np.tile([2.2, 0.0], (4, 1)), np.array([[-0.1, 0.3], [-0.1, -0.3]] * 2), 0.4)
+    o = alone(num_samples=4, twist=(0.8, 0.0), obstacles=[person])
+    controller = make_controller("rkhs-plan", limits, 0.1)
+    watched = watch(controller)
     decision = controller.decide(o)
+    weighed, options = watched[0]
+    best = int(weighed.total.argmin())
+    assert decision.v > weighed.rollouts.controls[0, 0, best] + 0.05
+    assert options.cost.min() < weighed.total[best] - 0.05
+
+
+@pytest.mark.parametrize("method", ["mppi-plus", "rkhs-plan"])
+def test_where_nothing_is_feasible_the_cheapest_is_followed(alone, limits, method):
+    people = []
+    for j in range(9):
+        towards = np.array([cos(2.0 * pi * j / 9), sin(2.0 * pi * j / 9)])
+        people.append(ObstacleSamples(np.tile(0.7 * towards, (4, 1)), np.tile(-0.8 * towards, (4, 1)), 0.3))
+    controller = make_controller(method, limits, 0.1)
+    watched = watch(controller)
+    decision = controller.decide(alone(num_samples=4, twist=(0.0, 0.0), obstacles=people))
     assert decision.status == Status.INFEASIBLE
     assert not decision.plan.feasible
-    step = decision.plan.step
-    times = [time_to_contact(path, o, limits.radius, step) for path in paths_of(o, weighed[0][0])]
-    followed = time_to_contact(decision.plan.path, o, limits.radius, step)
-    assert followed >= max(times) - 1e-9
-    assert max(times) - min(times) > 0.1
+    weighed, options = watched[0]
+    k = options.rollout[np.argmin(options.cost)]
+    assert (decision.v, decision.omega) == tuple(weighed.rollouts.controls[:, 0, k])
 
 
 def test_effort_is_the_control_cost_of_the_metrics(limits):
@@ -124,7 +161,7 @@ def test_a_planner_with_a_map_goes_round_a_wall_before_which_it_stands_without(d
     walls = np.array([[[1.5, -3.0], [1.5, 3.0]]])
     known = KnownMap(walls, np.array([0.0]), np.zeros((0, 3)))
     way = {"goal": (3.0, 0.0), "walls": walls, "seconds": 20.0}
-    reached, clearance = drive(make_controller("rkhs-plan", limits, 0.1, **FEW), known=known, **way)
+    reached, clearance = drive(make_controller("rkhs-plan", limits, 0.1), known=known, **way)
     assert reached
     assert clearance > 0.0
-    assert not drive(make_controller("rkhs-plan", limits, 0.1, **FEW), **way)[0]
+    assert not drive(make_controller("rkhs-plan", limits, 0.1), **way)[0]

@@ -12,8 +12,7 @@ from mjnav.study.study_file import load_study
 
 FOLDER = Path(__file__).parents[2] / "examples" / "ablations"
 PARTS = """
-    NoGuides StraightWay NoTail CheapestOnly TimeIntegral EachObstacle ContactShare SafestMatched Gaussian Ball
-    Herded
+    NoRecourse OneMove StraightWay TimeIntegral ContactShare Gaussian Ball Herded
 """
 
 

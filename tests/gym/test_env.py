@@ -48,7 +48,7 @@ def test_the_scenes_own_controller_through_the_environment_gives_the_run_of_the_
     said = subprocess.run(command, capture_output=True, text=True, check=True)
     assert driven_by_its_own_controller("control.method=rkhs") == json.loads(said.stdout)["state_hash"]
     overrides = ("physics.engine=kinematic", "time_limit=4", "control.samples=48")
-    assert load_scenario("hall").control.method == "rkhs-plan"  # which keeps its plan from tick to tick
+    assert load_scenario("hall").control.method == "rkhs-plan"
     result = mjnav.run(load_scenario("hall", overrides, seed=3))
     assert driven_by_its_own_controller(*overrides) == result.summary["state_hash"]
 

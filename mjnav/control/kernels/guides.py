@@ -1,7 +1,6 @@
-"""Guides: controls that lead a robot on simple ways, from which a planner's rollouts start.
+"""Controls that lead a robot on simple ways, from which a planner's rollouts start.
 
-A guide stands for `wait` seconds, then drives for `hold` seconds along a fixed direction, and then the way to the goal.
-Forwards it faces where it goes; with a negative speed it backs off. `approach` drives straight to the goal.
+`lead` makes two moves and then drives the way to the goal, `approach` drives straight there.
 """
 
 import numpy as np
@@ -17,50 +16,47 @@ turn_by = scalar(shortest_turn)
 
 
 @kernel
-def guide(
+def lead(
     out_v: Matrix,
     out_omega: Matrix,
-    guides: Matrix,
+    moves: Matrix,
     pose: Vector,
     way: WayGrid,
     first: Matrix,
     bounds: Matrix,
     change: Vector,
+    speed: float,
     approach_time: float,
     preview: float,
     step: float,
 ):
-    """Controls (T, G) of guides (G, 4): wait [s], hold [s], direction [rad], speed [m/s].
+    """Controls (T, K) of `moves` (K, 6), and then of the way to the goal.
 
-    The robot turns to where it goes within `preview`, drives at most way left / `approach_time`, and slower while it
-    faces another way. first and bounds (2, 2): lowest and highest (v, omega), of the first control and of all;
+    Each row is two moves, one behind the other: v [m/s], omega [rad/s], and until when [s]. On the way the robot turns
+    to where it leads within `preview`, drives at `speed` [m/s] and at most way left / `approach_time`, and slower while
+    it faces another way. first and bounds (2, 2): lowest and highest (v, omega), of the first control and of all;
     `change` (2,) is the most from one to the next. `pose` (3,) is in the world, as `way` is.
     """
-    for g in range(guides.shape[0]):
-        wait, until, direction, speed = guides[g, 0], guides[g, 0] + guides[g, 1], guides[g, 2], guides[g, 3]
+    for k in range(moves.shape[0]):
         x, y, heading = pose[0], pose[1], pose[2]
         v, omega = 0.0, 0.0
         for t in range(out_v.shape[0]):
-            time = t * step
-            left, by_x, by_y = way_lookup(way, x, y)
-            wanted_v, wanted_omega = 0.0, 0.0
-            if time >= wait - 1e-9:
-                forward = speed
-                if time < until - 1e-9:
-                    bearing, limit = direction, abs(speed)
-                else:
-                    bearing = np.arctan2(-by_y, -by_x) if left > 0.0 else heading
-                    limit, forward = min(abs(speed), left / approach_time), abs(speed)
-                turn = turn_by(bearing - heading + (np.pi if forward < 0.0 else 0.0))
-                wanted_v = limit * max(np.cos(turn), 0.0) * (-1.0 if forward < 0.0 else 1.0)
-                wanted_omega = turn / preview
+            time = t * step + 1e-9
+            if time < moves[k, 2]:
+                wanted_v, wanted_omega = moves[k, 0], moves[k, 1]
+            elif time < moves[k, 5]:
+                wanted_v, wanted_omega = moves[k, 3], moves[k, 4]
+            else:
+                left, by_x, by_y = way_lookup(way, x, y)
+                turn = turn_by(np.arctan2(-by_y, -by_x) - heading) if left > 0.0 else 0.0
+                wanted_v, wanted_omega = min(speed, left / approach_time) * max(np.cos(turn), 0.0), turn / preview
             low_v, high_v, low_omega, high_omega = first[0, 0], first[1, 0], first[0, 1], first[1, 1]
             if t > 0:
                 low_v, high_v = max(bounds[0, 0], v - change[0]), min(bounds[1, 0], v + change[0])
                 low_omega, high_omega = max(bounds[0, 1], omega - change[1]), min(bounds[1, 1], omega + change[1])
             v = min(max(wanted_v, low_v), high_v)
             omega = min(max(wanted_omega, low_omega), high_omega)
-            out_v[t, g], out_omega[t, g] = v, omega
+            out_v[t, k], out_omega[t, k] = v, omega
             half = 0.5 * step * omega
             length = chord(v, half, step)
             x += length * np.cos(heading + half)

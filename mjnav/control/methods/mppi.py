@@ -30,14 +30,18 @@ from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.guides import approach
 from mjnav.control.parameters import MOST, Count, GoalParameters, LaneWeights, Positive, Seconds, Share, Weight
 from mjnav.control.problem.candidates import cheapest
-from mjnav.control.problem.fan import KEPT, NO_VIOLATION, STAND, Plan, carried_on, perturbations, shown_plan, softmin
+from mjnav.control.problem.fan import NO_VIOLATION, shown_plan
 from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.mppi_risk import Risk, Surroundings
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
 from mjnav.control.rollouts import ControlLimits, Rollouts
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
+from mjnav.rng import stream
 from mjnav.settings import Range
+
+STAND, KEPT = 0, 1  # the first rollouts
+SEED = 0  # of the perturbations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,3 +150,48 @@ class Mppi(ProblemController[MppiParameters]):
         plan = carried_on(self._plan, o.time, p.step, straight)
         unperturbed = np.stack([np.zeros_like(plan), plan, straight], axis=2)
         return np.concatenate([unperturbed, plan[:, :, None] + self._perturbations], axis=2)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Controls for T steps from `time` on."""
+
+    time: float  # [s]
+    controls: Array  # (2, T)
+
+    def after(self, passed: float, step: float) -> Array:
+        """The controls (2, T) from `passed` [s] later on, between those of two steps; the last is held."""
+        at = np.arange(self.controls.shape[1])
+        return np.stack([np.interp(at + passed / step, at, u) for u in self.controls])
+
+
+def carried_on(plan: Plan | None, time: float, step: float, straight: Array) -> Array:
+    """The controls (2, T) of a plan moved on to `time` [s].
+
+    Those of the `straight` way where there is no plan, where no time has passed since it was made, or where more has
+    than half of its length.
+    """
+    if plan is None or not 0.0 < time - plan.time <= 0.5 * straight.shape[1] * step:
+        return straight
+    return plan.after(time - plan.time, step)
+
+
+def softmin(cost: Array, temperature: float) -> Array:
+    """w_k = exp(-(S_k - min S) / temperature) / sum, for costs S (K,)."""
+    weights = np.exp((cost.min() - cost) / temperature)
+    return weights / weights.sum()
+
+
+def perturbations(num: int, steps: int, knots: int, noise: tuple[float, float]) -> Array:
+    """Perturbations of v and omega, (2, T, num), each followed by its opposite; the same for the same arguments.
+
+    Gaussian at the knots with standard deviations `noise` [m/s, rad/s], linear between them; the knots are spread
+    evenly over the steps.
+    """
+    at = np.linspace(0.0, knots - 1, steps)
+    hat = np.maximum(1.0 - np.abs(at[:, None] - np.arange(knots)), 0.0)  # (T, knots)
+    drawn = np.stack([
+        std * hat @ stream(SEED, channel, "controller").standard_normal((knots, (num + 1) // 2))
+        for channel, std in zip(("mppi.v", "mppi.omega"), noise, strict=True)
+    ])  # fmt: skip
+    return np.stack([drawn, -drawn], axis=-1).reshape(2, steps, -1)[:, :, :num]

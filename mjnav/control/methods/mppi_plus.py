@@ -1,12 +1,11 @@
-"""`mppi-plus`: `mppi` with the planner's other costs and rollouts.
+"""`mppi-plus`: the rollouts and the other costs of `mjnav.control.planner`, with the risk of `mppi`.
 
-The rollouts, the progress, the effort, the braking tail and the choice are those of `mjnav.control.planner`; the risk
-is `mppi`'s,
+The rollouts, the progress and the effort are the planner's; the risk is `mppi`'s,
 
     risk_k = weight sum_j sum_t P_jt dt  +  sum_i lambda_i sum_t P_it dt,
 
 expected times in collision with every obstacle j, and beyond either lane boundary i (`problem.mppi_risk`). What sets
-`rkhs-plan` apart from it is the risk alone.
+`rkhs-plan` apart from it is the risk, and that a first move is judged with recourse.
 
 A rollout is feasible where at no step the probability of a collision, or of being beyond a boundary, exceeds
 `risk_bound`.
@@ -18,7 +17,7 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.control.parameters import MOST, LaneWeights, Positive, Share, Weight
+from mjnav.control.parameters import MOST, LaneWeights, Share, Weight
 from mjnav.control.planner import Planner, PlannerParameters, Risks
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.mppi_risk import Surroundings
@@ -32,10 +31,8 @@ from mjnav.settings import Range
 class MppiPlusParameters(PlannerParameters):
     """The planner's parameters, tuned as far as those of `rkhs-plan`, and the weights of the risk."""
 
-    temperature: Annotated[Positive, "of the weights exp(-cost / temperature)"] = 0.0565
     goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.185
     progress_weight: Annotated[Weight, "w_P, of the way that is left"] = 2.72
-    effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.0507
     risk_bound: Annotated[Share, "probability of a collision, at any one step, above which a plan is infeasible"] = 0.1
     safety_margin: Annotated[float, Range(0.0, MOST, "m"), "added to the combined radius R"] = 0.0737
     weight: Annotated[Weight, "lambda, per second of expected collision with each disc and wall"] = 6.97

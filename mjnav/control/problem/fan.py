@@ -1,24 +1,19 @@
-"""Rollouts that a planner weighs, and the message that shows its plan and some of these rollouts in a log.
+"""The rollouts that a planner weighs, and the message that shows its plan and some of them in a log.
 
-The rollouts are simple ways to begin with, and the planner's own plan, perturbed:
-
-    standing | plan so far | straight to the goal | guides | waiting | escapes | reversing | perturbations of the plan
-
-Guides leave the way to the goal to either side for a while, escapes go off in every direction; each then drives to the
-goal. Where the robot may reverse, some back off first. (Rollouts of other controllers among the perturbed: Trevisan &
-Alonso-Mora 2024, "Biased-MPPI".)
+A rollout is a first move, a second one, and then the way to the goal. First moves are a grid of controls that are held
+for a while, and the control that the robot has; behind each of them come the same second moves, also none. Rollouts
+of one first move stand together. Behind them come standing still, and the way to the goal alone.
 """
 
-from dataclasses import dataclass
-from math import pi
+from itertools import product
+from math import inf
 
 import numpy as np
 
-from mjnav.control.kernels.guides import guide
+from mjnav.control.kernels.guides import lead
 from mjnav.control.rollouts import ControlLimits, Rollouts
 from mjnav.geometry.way_field import WayGrid
-from mjnav.messages import Array, PlanShown
-from mjnav.rng import stream
+from mjnav.messages import Array, PlanShown, RobotLimits
 
 FAN = 32  # rollouts shown, at most
 NO_VIOLATION = np.zeros(0)  # of a method that has none
@@ -43,84 +38,46 @@ def shown_plan(
     )
 
 
-STAND, KEPT = 0, 1  # the first rollouts
-SEED = 0  # of the perturbations
-
-SIDEWAYS = np.deg2rad([-75.0, -45.0, -20.0, 0.0, 20.0, 45.0, 75.0])  # of guides, off the way to the goal
-SPEEDS = (1.0, 0.6, 0.3)  # of guides, of the preferred speed
-HOLDS = (1.6, 3.2)  # [s]
-ESCAPES = 2.0 * pi * np.arange(12) / 12  # off the robot's heading
-ESCAPE_HOLDS = (1.4, 2.8)  # [s]
-WAITS = (0.8, 1.6, 2.4)  # [s]
-BACKWARDS = np.deg2rad([-90.0, -45.0, 0.0, 45.0, 90.0])  # off the robot's back
+# Second moves: share of the preferred speed, share of the highest turn rate, and how long [s].
+SECOND = np.array([(0.0, 0.0, 0.0), *product((0.5, 1.0), (-1.0, -0.5, 0.0, 0.5, 1.0), (0.8, 2.0))])
+SECOND.flags.writeable = False
+ALONE = 2  # rollouts without a first move: standing still, and the way to the goal, which is the last
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """Controls for T steps from `time` on."""
-
-    time: float  # [s]
-    controls: Array  # (2, T)
-
-    def after(self, passed: float, step: float) -> Array:
-        """The controls (2, T) from `passed` [s] later on, between those of two steps; the last is held."""
-        at = np.arange(self.controls.shape[1])
-        return np.stack([np.interp(at + passed / step, at, u) for u in self.controls])
+def num_rollouts(num_speeds: int, num_turn_rates: int) -> int:
+    """How many rollouts there are, at most, for a robot that reverses has one speed more."""
+    return ((num_speeds + 1) * num_turn_rates + 1) * len(SECOND) + ALONE
 
 
-def carried_on(plan: Plan | None, time: float, step: float, straight: Array) -> Array:
-    """The controls (2, T) of a plan moved on to `time` [s].
+def moves(limits: RobotLimits, twist: Array, speed: float, num_speeds: int, num_turn_rates: int, hold: float) -> Array:
+    """All rollouts as `kernels.guides.lead` takes them, (K, 6): two moves, each v, omega, and until when [s].
 
-    Those of the `straight` way where there is no plan, where no time has passed since it was made, or where more has
-    than half of its length.
+    The first moves, held for `hold` [s], are speeds from 0 to `speed` [m/s], and backwards where the robot can, each
+    with turn rates between both limits; and the robot's `twist` (2,).
     """
-    if plan is None or not 0.0 < time - plan.time <= 0.5 * straight.shape[1] * step:
-        return straight
-    return plan.after(time - plan.time, step)
+    turn, back = limits.max_turn_rate, min(speed, max(-limits.min_speed, 0.0))
+    speeds = [*([-back] if back else []), *np.linspace(0.0, speed, num_speeds)]
+    first = np.array([*product(speeds, np.linspace(-turn, turn, num_turn_rates)), tuple(twist)])
+    rows = np.zeros((len(first) * len(SECOND) + ALONE, 6))
+    rows[-ALONE, 2] = inf
+    pairs = by_first_move(rows)  # a view
+    pairs[:, :, :2], pairs[:, :, 2] = first[:, None], hold
+    pairs[:, :, 3:] = SECOND * (speed, turn, 1.0) + (0.0, 0.0, hold)
+    return rows
 
 
-def softmin(cost: Array, temperature: float) -> Array:
-    """w_k = exp(-(S_k - min S) / temperature) / sum, for costs S (K,)."""
-    weights = np.exp((cost.min() - cost) / temperature)
-    return weights / weights.sum()
+def by_first_move(rows: Array) -> Array:
+    """What all rollouts have, (K, ...), but for those without a first move: (first moves, second moves, ...)."""
+    return rows[:-ALONE].reshape(-1, len(SECOND), *rows.shape[1:])
 
 
-def guides(heading: float, way_direction: float, speed: float, back_speed: float) -> Array:
-    """(G, 4) as `kernels.guides` takes them; the first is the straight way. `back_speed` [m/s], 0 without reverse."""
-    rows = [(0.0, 0.0, 0.0, speed)]
-    rows += [
-        (0.0, hold, way_direction + angle, share * speed) for angle in SIDEWAYS for share in SPEEDS for hold in HOLDS
-    ]
-    rows += [(wait, 0.0, 0.0, speed) for wait in WAITS]
-    rows += [(0.0, hold, heading + angle, speed) for angle in ESCAPES for hold in ESCAPE_HOLDS]
-    if back_speed > 0.0:
-        rows += [(0.0, hold, heading + pi + a, -back_speed) for a in BACKWARDS for hold in ESCAPE_HOLDS]
-    return np.array(rows)
-
-
-def guided(
-    rows: Array, pose: Array, way: WayGrid, limits: ControlLimits, approach_time: float, preview: float, step: float,
-    steps: int,
+def led(
+    rows: Array, pose: Array, way: WayGrid, limits: ControlLimits, speed: float, approach_time: float, preview: float,
+    step: float, steps: int,
 ) -> Array:  # fmt: skip
-    """The controls (2, T, G) of guides (G, 4) from a pose (3,) in the world."""
+    """The controls (2, T, K) of moves (K, 6) from a pose (3,) in the world, and then of the way at `speed` [m/s]."""
     out = np.empty((2, steps, len(rows)))
-    guide(
-        out[0], out[1], rows, pose, way, limits.first, limits.all, limits.change, approach_time, preview, step
+    lead(
+        out[0], out[1], rows, pose, way, limits.first, limits.all, limits.change, speed, approach_time, preview, step
     )  # fmt: skip
     return out
-
-
-def perturbations(num: int, steps: int, knots: int, noise: tuple[float, float], quiet: float = 1.0) -> Array:
-    """Perturbations of v and omega, (2, T, num), each followed by its opposite; the same for the same arguments.
-
-    Gaussian at the knots with standard deviations `noise` [m/s, rad/s], linear between them; the knots are spread
-    evenly over the steps. Every other pair is scaled by `quiet`.
-    """
-    at = np.linspace(0.0, knots - 1, steps)
-    hat = np.maximum(1.0 - np.abs(at[:, None] - np.arange(knots)), 0.0)  # (T, knots)
-    drawn = np.stack([
-        std * hat @ stream(SEED, channel, "controller").standard_normal((knots, (num + 1) // 2))
-        for channel, std in zip(("mppi.v", "mppi.omega"), noise, strict=True)
-    ])  # fmt: skip
-    drawn[:, :, 1::2] *= quiet
-    return np.stack([drawn, -drawn], axis=-1).reshape(2, steps, -1)[:, :, :num]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.constraints.walls import lane_distance
-from mjnav.control.kernels.violation import DEEPEST, meet_discs, meet_lane, meet_walls
+from mjnav.control.kernels.violation import meet_discs, meet_lane, meet_walls
 from mjnav.control.problem.obstacles import Reach, positions_at
 from mjnav.control.problem.problem import Problem
 from mjnav.control.rollouts import Rollouts
@@ -44,9 +44,6 @@ def lane_excesses(problem: Problem, offsets: Array) -> tuple[tuple[Array, Array]
             beyond = outward * (lane_distance(mean, line) + noise) + problem.limits.radius
             found.append((normal, normal @ offsets + beyond))
     return tuple(found)
-
-
-CONTACT = 1e-6  # [m], the margin where contacts alone count
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,14 +95,6 @@ class JointSamples:
         for normal, excess in self.lanes:
             meet_lane(h, r.x, r.y, normal, excess, standing, lasting)
         return h
-
-    def lost_time(self, rollouts: Rollouts) -> Array:
-        """(K,) [s] by which the first contact comes before the rollouts' end, on average over the joint samples."""
-        end = self.times[-1]
-        left = (end - self.times) + self.times[0]  # above 0 for a contact at the last step
-        # With margins of nothing a violation is its gamma times DEEPEST at a contact, and 0 where there is none.
-        margin = np.full(len(self.times), CONTACT)
-        return self.violation(rollouts, margin, left / DEEPEST, CONTACT, left / DEEPEST).mean(axis=1)
 
 
 def _moves(body: ObstacleSamples) -> bool:

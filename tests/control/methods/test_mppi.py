@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mjnav.control import Status, make_controller
-from mjnav.control.problem.fan import Plan, perturbations, softmin
+from mjnav.control.methods.mppi import Plan, perturbations, softmin
 from mjnav.geometry.angles import circular_mean
 from mjnav.messages import RobotLimits
 from mjnav.motion.unicycle import integrate, reachable

@@ -85,13 +85,3 @@ def one_body(alone, limits, distance, *, moves):
 def test_a_contact_is_1_the_margins_edge_0_and_nothing_above_2_what_moves_fades(alone, limits, distance, depth):
     assert one_body(alone, limits, distance, moves=False) == pytest.approx(depth, abs=1e-9)
     assert one_body(alone, limits, distance, moves=True) == pytest.approx(0.5 * depth, abs=1e-9)
-
-
-def test_the_lost_time_is_what_the_first_contact_leaves_on_average_over_the_samples(alone, limits):
-    # R = 0.55: one of two samples comes from 3 m at 1 m/s and touches at 2.45 s, within the step that ends at 2.6 s.
-    coming = ObstacleSamples(np.array([[3.0, 0.0], [3.0, 4.0]]), np.array([[-1.0, 0.0], [0.0, 1.0]]), 0.3)
-    times = 0.2 * np.arange(1, 21)
-    problem, samples = samples_of(alone(num_samples=2, twist=(0.0, 0.0), obstacles=[coming]), limits, times)
-    limit = ControlLimits.of(np.zeros(2), problem.limits, 0.1, 0.2)
-    lost = samples.lost_time(Rollouts.of(np.zeros((2, 20, 1)), 0.0, limit, 0.2))
-    assert lost == pytest.approx([0.5 * (4.0 - 2.6 + 0.2)])
