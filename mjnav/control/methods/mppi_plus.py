@@ -29,13 +29,14 @@ from mjnav.settings import Range
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MppiPlusParameters(PlannerParameters):
-    """The planner's parameters, tuned as far as those of `rkhs-plan`, and the weights of the risk."""
+    """The planner's parameters and the weights of the risk, as the study `tuning` found them best."""
 
-    goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.185
-    progress_weight: Annotated[Weight, "w_P, of the way that is left"] = 2.72
+    goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.191
+    progress_weight: Annotated[Weight, "w_P, of the way that is left"] = 2.76
+    effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.263
     risk_bound: Annotated[Share, "probability of a collision, at any one step, above which a plan is infeasible"] = 0.1
-    safety_margin: Annotated[float, Range(0.0, MOST, "m"), "added to the combined radius R"] = 0.0737
-    weight: Annotated[Weight, "lambda, per second of expected collision with each disc and wall"] = 6.97
+    safety_margin: Annotated[float, Range(0.0, MOST, "m"), "added to the combined radius R"] = 0.0835
+    weight: Annotated[Weight, "lambda, per second of expected collision with each disc and wall"] = 20.9
     lane_weights: LaneWeights = (10.0, 10.0)  # [1/s] of the expected time beyond each
 
 
