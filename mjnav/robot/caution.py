@@ -22,6 +22,7 @@ from dataclasses import replace
 import numpy as np
 
 from mjnav.geometry.distances import widest_std
+from mjnav.geometry.floor import Floor
 from mjnav.messages import Beliefs, Decision, Event, Reading, RobotBelief, Status
 from mjnav.robot.estimation import assumed_noise
 from mjnav.robot.sanity import Sanity
@@ -71,6 +72,11 @@ class Caution:
         if self._conflicts == CONFLICTS:
             self._rest = min(2.0 * self._rest, LONGEST_REST)
             self._rests_until = reading.time + self._rest
+
+    def learn(self, floor: Floor) -> None:
+        """The map as the robot has it now, at the lidar's height."""
+        if self._space is not None:
+            self._space.floor = floor
 
     def limited(self, decision: Decision, belief: RobotBelief, effect: float) -> Decision:
         """The decision, or a slower one with its cause; `effect` is when it takes effect [s]."""

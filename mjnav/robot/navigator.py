@@ -29,6 +29,8 @@ from mjnav.robot.caution import Caution
 from mjnav.robot.controller import build_controller, num_samples
 from mjnav.robot.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
 from mjnav.robot.estimation.base import DRAWS
+from mjnav.robot.estimation.lidar.local_map import LocalMap, MappingLocalizer
+from mjnav.robot.estimation.lidar.tracker import LidarTracker
 from mjnav.robot.latency import CommandHistory, RobotPrediction, check_decision, make_latency
 from mjnav.robot.prediction import Crowd, RobotNow, make_predictor
 from mjnav.robot.sanity import Sanity
@@ -52,6 +54,7 @@ class Navigator:
         if controller is not None:
             self.controller = controller
         self.floor_map = FloorMap(scenario)
+        self._local = LocalMap(scenario) if scenario.draws_map else None
         self._sanity = Sanity(scenario)
         self._caution = Caution(scenario, self._sanity) if estimators else None
         self._believed: RobotBelief | None = None  # by the robot's own estimators, of the tick that is predicted
@@ -106,12 +109,23 @@ class Navigator:
         for reading in readings:
             robot = self._localizer.update(reading)
             beliefs = Beliefs(robot, self._tracker.update(reading, robot), self._tracker.detections)
+            if self._local is not None and self._local.follow(reading, robot, beliefs.people):
+                self._learn(self._local)
             if self._caution is not None:
                 self._caution.follow(reading, beliefs)
         if beliefs is None:
             raise RuntimeError("the first tick has no reading")
         self.follow_route(beliefs.robot.mean)
         return beliefs
+
+    def _learn(self, local: LocalMap) -> None:
+        """Everything on board goes by what the scans have shown so far."""
+        self.floor_map = FloorMap(self._scenario, local.floor.discs)
+        for estimator in (self._localizer, self._tracker):
+            if isinstance(estimator, MappingLocalizer | LidarTracker):
+                estimator.learn(local.field)
+        if self._caution is not None:
+            self._caution.learn(local.floor)
 
     def take_events(self) -> tuple[Event, ...]:
         """What the robot noticed since the last call."""

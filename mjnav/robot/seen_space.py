@@ -34,14 +34,16 @@ from mjnav.scene.ways import floor_of_lidar
 class FloorMap(Constant):
     """Static obstacles of the map that the robot has, with their names for the log."""
 
-    def __init__(self, scenario: Scenario):
+    def __init__(self, scenario: Scenario, seen: Array | None = None):
+        """Of the scenario's map; where `seen` (k, 3) is given, of these discs besides."""
         known = scenario.known_bodies
         tables = zip(known.tables, known.table_names, strict=True)
         legs = [(leg, table.leg_radius, name) for table, name in tables for leg in table.legs]
         pillars = [
             (np.array(p.position), p.radius, name) for p, name in zip(known.pillars, known.pillar_names, strict=True)
         ]
-        discs = [*legs, *pillars]
+        found = [] if seen is None else seen.tolist()
+        discs = [*legs, *pillars, *((np.array([x, y]), radius, f"seen{i}") for i, (x, y, radius) in enumerate(found))]
         positions = np.array([at for at, *_ in discs]).reshape(-1, 1, 2)
         radii = [radius for _, radius, _ in discs]
         self._discs = tuple(map(ObstacleSamples, positions, repeat(np.zeros((1, 2))), radii))  # legs, pillars
@@ -126,7 +128,7 @@ class SeenSpace:
     def __init__(self, scenario: Scenario, noise: Mapping[str, Distribution]):
         """`noise` is the law that the robot assumes of each channel."""
         self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
-        self._floor = floor_of_lidar(scenario.known_bodies)
+        self.floor = floor_of_lidar(scenario.known_bodies)  # of the map, at the lidar's height
         self._history = MotionHistory(TwistSensors.of(noise, scenario.robot.limits))
         self._seen: Seen | None = None
         angles, step = self._lidar.angles, self._lidar.step
@@ -142,7 +144,7 @@ class SeenSpace:
     def _look(self, reading: Reading, pose: Array, people: Sequence[Track]) -> Seen:
         lidar = self._lidar
         x, y, heading = placed(pose, lidar.mount)
-        bodies = self._floor.discs, self._floor.boxes
+        bodies = self.floor.discs, self.floor.boxes
         expected = np.isfinite(cast(np.array([x, y]), heading + lidar.angles, *bodies, SURE * lidar.max_range))
         points = scan_points(reading, self._history, lidar, self._noise)
         returned = np.isfinite(points[:, 0])
@@ -150,7 +152,7 @@ class SeenSpace:
         c, s = np.cos(pose[2]), np.sin(pose[2])
         places = pose[:2] + points @ np.array([[c, s], [-s, c]])
         spread = lidar.std(reading.scan[returned], self._noise)
-        strange = self._floor.clearance(places) > ON_MAP + 3.0 * spread
+        strange = self.floor.clearance(places) > ON_MAP + 3.0 * spread
         off_map = float(strange[expected_too].mean()) if expected_too.sum() >= MANY else 0.0
         for person in people:
             reach = person.radius + ON_TRACK

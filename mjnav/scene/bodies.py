@@ -7,7 +7,7 @@ controllers go by this map; the world, the referee and the metrics by what stand
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import cos, hypot, sin
 from typing import Annotated, TypeVar
 
@@ -18,7 +18,7 @@ from mjnav.errors import InvalidValue, unknown_name
 from mjnav.geometry.floor import TOUCH
 from mjnav.messages import Array
 from mjnav.scene.ranges import MAX_BODIES, MAX_LENGTH, MAX_WALLS, MIN_SIZE, Angle, Coordinate, Line, Point, Size
-from mjnav.settings import Key, Length, Range, below, settle
+from mjnav.settings import Choice, Key, Length, Range, below, settle
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,11 +238,17 @@ class KnownBodies(Constant):
 
 @dataclass(frozen=True, slots=True)
 class MapDifference:
-    """How the map that estimators and controllers have differs from the world.
+    """How the map that estimators and controllers have differs from the world, or that they have none.
 
     Both have the same frame: starts, goals and people's positions mean the same place in either.
     """
 
+    source: Annotated[
+        str,
+        Choice(("world", "lidar")),
+        "world: the world's bodies, but for the differences below; lidar: none, but what the robot's own scans show "
+        "while it drives",
+    ] = "world"
     shift: Annotated[
         tuple[Coordinate, Coordinate, Angle],
         "dx, dy and turn about its own centre: how far the map has each body of `shifted` from where it stands; goals "
@@ -264,9 +270,15 @@ class MapDifference:
 
     def __post_init__(self):
         settle(self)
+        differences = [f for f in fields(self) if f.name != "source" and getattr(self, f.name) != f.default]
+        if self.source == "lidar" and differences:
+            key = differences[0].name
+            raise InvalidValue(key, getattr(self, key), 'nothing where source is "lidar": there is no map before')
 
     def applied(self, world: KnownBodies) -> KnownBodies:
         """The map of a world; what it has beyond that is named on. Raises InvalidValue for a name that is none."""
+        if self.source == "lidar":
+            return KnownBodies.of((), (), ())
         for key in ("shifted", "missing"):
             for i, name in enumerate(getattr(self, key) or ()):
                 if name not in world.names:

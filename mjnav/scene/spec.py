@@ -349,6 +349,11 @@ class Scenario(Constant):
             _ = self.known_bodies
 
     @property
+    def draws_map(self) -> bool:
+        """Whether the robot draws its map itself, by its lidar."""
+        return self.estimation.map is not None and self.estimation.map.source == "lidar"
+
+    @property
     def known_bodies(self) -> KnownBodies:
         """What stands on the map that estimators and controller have."""
         world = KnownBodies.of(self.walls, self.tables, self.pillars)

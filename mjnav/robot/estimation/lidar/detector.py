@@ -118,7 +118,7 @@ class Detector:
 
     def __init__(self, field: DistanceField, lidar: Lidar, noise: Mapping[str, Distribution], limits: RobotLimits):
         """field: of the map that the robot has; noise: the law that it assumes of each channel."""
-        self._field, self._lidar, self._noise = field, lidar, noise["lidar.range"]
+        self.field, self._lidar, self._noise = field, lidar, noise["lidar.range"]
         self._history = MotionHistory(TwistSensors.of(noise, limits))
         self._body = limits.radius - float(np.hypot(*lidar.mount[:2]))  # [m] that the lidar is at least inside it
         self._closed = len(lidar.angles) * lidar.step > WHOLE_TURN - 0.5 * lidar.step
@@ -139,11 +139,11 @@ class Detector:
         self.follow(reading)
         pose, covariance = np.array(robot.mean, float), np.array(robot.covariance, float, order="C")
         rays = self._rays(reading, pose)
-        error = shared_error(rays.origins, rays.directions, rays.ranges, self._lidar, self._field.grid)
+        error = shared_error(rays.origins, rays.directions, rays.ranges, self._lidar, self.field.grid)
         error = beyond_doubt(error, covariance)
         rays = rays._replace(ranges=rays.ranges - error)
-        rows = find_bodies(rays, pose, covariance, self._field.grid, PERSON_RADIUS, PERSON_RADIUS_STD)
-        return ScanDetections(tuple(map(_detection, rows)), rays, pose, covariance, self._field)
+        rows = find_bodies(rays, pose, covariance, self.field.grid, PERSON_RADIUS, PERSON_RADIUS_STD)
+        return ScanDetections(tuple(map(_detection, rows)), rays, pose, covariance, self.field)
 
     def _rays(self, reading: Reading, pose: Array) -> Rays:
         """A reading's beams with the robot at `pose` (3,) at its time, their ranges without the lidar's mean error.

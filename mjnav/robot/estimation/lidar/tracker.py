@@ -41,6 +41,7 @@ from numpy.typing import NDArray
 from mjnav.filters.mixture_kalman import GaussianSum
 from mjnav.filters.particles import shuffled
 from mjnav.geometry.angles import wrap
+from mjnav.geometry.distance_field import DistanceField
 from mjnav.geometry.distances import widest_std
 from mjnav.messages import Array, Detection, Reading, RobotBelief, Track
 from mjnav.rng import stream
@@ -263,6 +264,10 @@ class LidarTracker:
         frame = FrameError.none(self._num) if lost else FrameError.of(robot, self._num, self._frame)
         self._tracks = tuple(self._track(body, frame) for body in self._confirmed())
         return self._tracks
+
+    def learn(self, field: DistanceField) -> None:
+        """The map as the robot has it now, of which nothing is a body."""
+        self._detector.field = field
 
     def draw(self, num: int) -> tuple[Array, ...]:
         """Samples of the latest tracks, (num, 4) each, in random order; an error before the first reading."""

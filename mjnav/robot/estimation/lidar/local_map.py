@@ -1,0 +1,124 @@
+"""Driving without a map: what the robot has seen so far around it, and where it is in that.
+
+    predict   the pose, by wheels and gyro                                                    (`localizer.Cloud`)
+    correct   by the scan against the map of all scans before, p(scan | pose) as on a map      (`likelihood_field`)
+    add       the scan to the map at the mean of the pose: `geometry.evidence_grid`
+
+So errors of the pose go into the map, and neither knows the other's: the map drifts slowly from the floor, and the pose
+with it. What matters near the robot is right, as both drift alike. The goal drifts away from it.
+
+A return on somebody who walks, or of whom it is not known yet whether they do, is not added. Whoever stands for long is
+a part of the map until they go, and beams pass where they stood.
+"""
+
+from collections.abc import Sequence
+from typing import Self
+
+import numpy as np
+
+from mjnav.geometry.distance_field import DistanceField, FieldGrid
+from mjnav.geometry.distances import placed
+from mjnav.geometry.evidence_grid import CELL, EvidenceGrid, add_scan, field_of
+from mjnav.geometry.floor import Floor
+from mjnav.messages import Array, Reading, RobotBelief, Track
+from mjnav.robot.estimation.base import HEADING, PoseEstimator, assumed_noise
+from mjnav.robot.estimation.lidar.likelihood_field import LikelihoodField
+from mjnav.robot.estimation.lidar.localizer import LEAST_RETURNS, Cloud
+from mjnav.robot.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
+from mjnav.scene.spec import Scenario
+
+HALF = 10.0  # [m] that the map reaches from the robot; less for a lidar of less range
+SLACK = 2.0  # [m] that the robot may be away from the middle
+FIELD_CELL, FIELD_REACH = 0.025, 0.5  # [m] of the distance field, and the most that it tells
+SURFACE = 0.5 * CELL  # [m] radius of the discs that stand for an occupied cell: a wall of them has no gap
+WALKS = 0.25  # [m/s] from which on somebody walks
+YOUNG = 1.0  # [s] that somebody is tracked before it is known whether they do
+ON_TRACK = 0.3  # [m] from somebody's surface: their returns
+
+
+class LocalMap:
+    """The map of one run."""
+
+    def __init__(self, scenario: Scenario):
+        noise, robot = assumed_noise(scenario), scenario.robot
+        self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
+        self._history = MotionHistory(TwistSensors.of(noise, robot.limits))
+        x, y, _ = robot.start
+        self._grid = EvidenceGrid.around(x, y, min(HALF, self._lidar.max_range + SLACK))
+        self.floor = Floor(np.zeros((0, 3)), np.zeros((0, 6)))
+        self.field = DistanceField(FieldGrid(np.zeros((0, 0)), 0.0, 0.0, FIELD_CELL))
+
+    def follow(self, reading: Reading, robot: RobotBelief, people: Sequence[Track]) -> bool:
+        """One more reading, and what is believed after it; whether the map has changed."""
+        self._history.follow(reading)
+        points = scan_points(reading, self._history, self._lidar, self._noise)
+        if len(points) != len(self._lidar.angles) or not np.isfinite(robot.mean).all():
+            return False
+        self._centre(robot.mean)
+        c, s = np.cos(robot.mean[HEADING]), np.sin(robot.mean[HEADING])
+        met = np.isfinite(points[:, 0])
+        x, y, heading = placed(robot.mean, self._lidar.mount)
+        beyond = heading + self._lidar.angles
+        free = np.array([x, y]) + self._lidar.max_range * np.column_stack([np.cos(beyond), np.sin(beyond)])
+        ends = np.where(met[:, None], robot.mean[:2] + points @ np.array([[c, s], [-s, c]]), free)
+        silent = ~met & np.isfinite(reading.scan)  # no range at all, or one of the robot's own body
+        for person in people:
+            if person.age < YOUNG or np.hypot(*person.mean[2:]) > WALKS:
+                reach = person.radius + ON_TRACK
+                met &= ((ends - person.mean[:2]) ** 2).sum(axis=1) > reach * reach
+        silent |= np.isnan(reading.scan)
+        origins = np.tile([x, y], (len(ends), 1))
+        add_scan(self._grid, origins[~silent], ends[~silent], met[~silent])
+        surfaces, low = self._grid.surfaces, np.array([self._grid.x, self._grid.y])
+        self.floor = Floor(np.column_stack([surfaces, np.full(len(surfaces), SURFACE)]), np.zeros((0, 6)))
+        size = CELL * len(self._grid.odds)
+        self.field = DistanceField(field_of(surfaces, low, size, FIELD_CELL, FIELD_REACH))
+        return True
+
+    def _centre(self, pose: Array) -> None:
+        """Takes the window along."""
+        away = pose[:2] - self._grid.middle
+        if np.abs(away).max() > SLACK:
+            columns, rows = np.round(away / CELL).astype(int).tolist()
+            self._grid = self._grid.moved(columns, rows)
+
+
+class MappingLocalizer(PoseEstimator):
+    """The robot's pose against its own map, by particles."""
+
+    def __init__(self, scenario: Scenario, seed: int):
+        """At the scenario's start, which is where the map's frame lies."""
+        super().__init__(seed)
+        noise = assumed_noise(scenario)
+        twists = TwistSensors.of(noise, scenario.robot.limits)
+        self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
+        self._field: LikelihoodField | None = None  # until the map has something
+        self._history = MotionHistory(twists)
+        self._most = scenario.estimation.robot.particles
+        particles = np.tile(np.array(scenario.robot.start, float), (self._most, 1))
+        self._cloud = Cloud(particles, twists, seed, "estimation")
+
+    @classmethod
+    def of(cls, scenario: Scenario, seed: int) -> Self:
+        """As the other localizers by lidar are made."""
+        return cls(scenario, seed)
+
+    def learn(self, field: DistanceField) -> None:
+        """The map as it is now."""
+        self._field = LikelihoodField(field, np.zeros(field.grid.clearance.shape), self._lidar, self._noise)
+
+    def update(self, reading: Reading) -> RobotBelief:
+        """The belief after one more reading; its moments come from the weights before resampling."""
+        twist, cloud = self._history.follow(reading), self._cloud
+        if twist.interval > 0.0:
+            cloud.predict(twist)
+        points = scan_points(reading, self._history, self._lidar, self._noise)
+        if self._field is not None and np.count_nonzero(np.isfinite(points[:, 0])) >= LEAST_RETURNS:
+            cloud.slip()
+            cloud.correct(self._field.log_ratio(cloud.particles, self._field.beams(points)))
+            if reading.scan_times.size:
+                cloud.blur(max(reading.time - float(reading.scan_times.mean()), 0.0), twist)
+        mean, covariance, size = cloud.moments()
+        self._belief = RobotBelief(reading.time, cloud.particles, cloud.weights, mean, covariance, size, False)
+        cloud.resample(covariance, size, self._most)
+        return self._belief
