@@ -55,10 +55,9 @@ class EvidenceGrid(NamedTuple):
             shifted[to_rows, to_columns] = old[from_rows, from_columns]
         return EvidenceGrid(*new, self.x + CELL * columns, self.y + CELL * rows)
 
-    @property
-    def surfaces(self) -> Array:
-        """Mean places of the occupied cells, row by row, (k, 2) [m]."""
-        occupied = self.odds > OCCUPIED
+    def surfaces(self, least: float = OCCUPIED) -> Array:
+        """Mean places of the cells with more than `least`, row by row, (k, 2) [m]."""
+        occupied = self.odds > least
         return np.column_stack([self.places_x[occupied], self.places_y[occupied]])
 
 

@@ -121,9 +121,10 @@ class Navigator:
     def _learn(self, local: LocalMap) -> None:
         """Everything on board goes by what the scans have shown so far."""
         self.floor_map = FloorMap(self._scenario, local.floor.discs)
-        for estimator in (self._localizer, self._tracker):
-            if isinstance(estimator, MappingLocalizer | LidarTracker):
-                estimator.learn(local.field)
+        if isinstance(self._localizer, MappingLocalizer):
+            self._localizer.learn(local)
+        if isinstance(self._tracker, LidarTracker):
+            self._tracker.learn(local.field)
         if self._caution is not None:
             self._caution.learn(local.floor)
 

@@ -7,14 +7,16 @@
 So errors of the pose go into the map, and neither knows the other's: the map drifts slowly from the floor, and the pose
 with it. What matters near the robot is right, as both drift alike. The goal drifts away from it.
 
-A return on somebody who walks, or of whom it is not known yet whether they do, is not added. Whoever stands for long is
-a part of the map until they go, and beams pass where they stood.
+A return on somebody who walks, or of whom it is not known yet whether they do, is neither added nor says where the robot
+is. Whoever stands for long is a part of the map until they go, and beams pass where they stood. Where the robot is only
+tell cells that were hit often, as of somebody who is not tracked yet few are. Where nothing lasts, wheels and gyro lead.
 """
 
 from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.geometry.distance_field import DistanceField, FieldGrid
 from mjnav.geometry.distances import placed
@@ -30,9 +32,10 @@ from mjnav.scene.spec import Scenario
 HALF = 10.0  # [m] that the map reaches from the robot; less for a lidar of less range
 SLACK = 2.0  # [m] that the robot may be away from the middle
 FIELD_CELL, FIELD_REACH = 0.025, 0.5  # [m] of the distance field, and the most that it tells
-SURFACE = 0.5 * CELL  # [m] radius of the discs that stand for an occupied cell: a wall of them has no gap
+SURFACE = 0.01  # [m] radius of the discs that stand for an occupied cell
 WALKS = 0.25  # [m/s] from which on somebody walks
 YOUNG = 1.0  # [s] that somebody is tracked before it is known whether they do
+LASTING = 2.5  # log odds of a cell that says where the robot is: somebody who walks is not as long in one
 ON_TRACK = 0.3  # [m] from somebody's surface: their returns
 
 
@@ -46,7 +49,8 @@ class LocalMap:
         x, y, _ = robot.start
         self._grid = EvidenceGrid.around(x, y, min(HALF, self._lidar.max_range + SLACK))
         self.floor = Floor(np.zeros((0, 3)), np.zeros((0, 6)))
-        self.field = DistanceField(FieldGrid(np.zeros((0, 0)), 0.0, 0.0, FIELD_CELL))
+        self.field = self.lasting = DistanceField(FieldGrid(np.zeros((0, 0)), 0.0, 0.0, FIELD_CELL))
+        self.walkers = np.zeros((0, 3))  # x, y, reach [m]: where returns may be somebody's who walks
 
     def follow(self, reading: Reading, robot: RobotBelief, people: Sequence[Track]) -> bool:
         """One more reading, and what is believed after it; whether the map has changed."""
@@ -62,17 +66,18 @@ class LocalMap:
         free = np.array([x, y]) + self._lidar.max_range * np.column_stack([np.cos(beyond), np.sin(beyond)])
         ends = np.where(met[:, None], robot.mean[:2] + points @ np.array([[c, s], [-s, c]]), free)
         silent = ~met & np.isfinite(reading.scan)  # no range at all, or one of the robot's own body
-        for person in people:
-            if person.age < YOUNG or np.hypot(*person.mean[2:]) > WALKS:
-                reach = person.radius + ON_TRACK
-                met &= ((ends - person.mean[:2]) ** 2).sum(axis=1) > reach * reach
+        rows = [(*p.mean[:2], p.radius + ON_TRACK) for p in people if p.age < YOUNG or np.hypot(*p.mean[2:]) > WALKS]
+        self.walkers = np.array(rows, float).reshape(-1, 3)
+        met &= ~within(ends, self.walkers)
         silent |= np.isnan(reading.scan)
         origins = np.tile([x, y], (len(ends), 1))
         add_scan(self._grid, origins[~silent], ends[~silent], met[~silent])
-        surfaces, low = self._grid.surfaces, np.array([self._grid.x, self._grid.y])
+        surfaces, lasting = self._grid.surfaces(), self._grid.surfaces(LASTING)
         self.floor = Floor(np.column_stack([surfaces, np.full(len(surfaces), SURFACE)]), np.zeros((0, 6)))
-        size = CELL * len(self._grid.odds)
-        self.field = DistanceField(field_of(surfaces, low, size, FIELD_CELL, FIELD_REACH))
+        low, size = np.array([self._grid.x, self._grid.y]), CELL * len(self._grid.odds)
+        self.field, self.lasting = (
+            DistanceField(field_of(points, low, size, FIELD_CELL, FIELD_REACH)) for points in (surfaces, lasting)
+        )
         return True
 
     def _centre(self, pose: Array) -> None:
@@ -81,6 +86,12 @@ class LocalMap:
         if np.abs(away).max() > SLACK:
             columns, rows = np.round(away / CELL).astype(int).tolist()
             self._grid = self._grid.moved(columns, rows)
+
+
+def within(points: Array, discs: Array) -> NDArray[np.bool_]:
+    """Which of `points` (n, 2) lie in one of `discs` (k, 3); NaN does not."""
+    x, y = points[:, :1] - discs[:, 0], points[:, 1:] - discs[:, 1]
+    return (x * x + y * y < discs[:, 2] ** 2).any(axis=1)
 
 
 class MappingLocalizer(PoseEstimator):
@@ -93,6 +104,7 @@ class MappingLocalizer(PoseEstimator):
         twists = TwistSensors.of(noise, scenario.robot.limits)
         self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
         self._field: LikelihoodField | None = None  # until the map has something
+        self._walkers = np.zeros((0, 3))
         self._history = MotionHistory(twists)
         self._most = scenario.estimation.robot.particles
         particles = np.tile(np.array(scenario.robot.start, float), (self._most, 1))
@@ -103,9 +115,11 @@ class MappingLocalizer(PoseEstimator):
         """As the other localizers by lidar are made."""
         return cls(scenario, seed)
 
-    def learn(self, field: DistanceField) -> None:
+    def learn(self, local: LocalMap) -> None:
         """The map as it is now."""
-        self._field = LikelihoodField(field, np.zeros(field.grid.clearance.shape), self._lidar, self._noise)
+        shape = local.lasting.grid.clearance.shape
+        self._field = LikelihoodField(local.lasting, np.zeros(shape), self._lidar, self._noise)
+        self._walkers = local.walkers
 
     def update(self, reading: Reading) -> RobotBelief:
         """The belief after one more reading; its moments come from the weights before resampling."""
@@ -113,8 +127,10 @@ class MappingLocalizer(PoseEstimator):
         if twist.interval > 0.0:
             cloud.predict(twist)
         points = scan_points(reading, self._history, self._lidar, self._noise)
+        mean = cloud.moments()[0]
+        c, s = np.cos(mean[HEADING]), np.sin(mean[HEADING])
+        points[within(mean[:2] + points @ np.array([[c, s], [-s, c]]), self._walkers)] = np.nan
         if self._field is not None and np.count_nonzero(np.isfinite(points[:, 0])) >= LEAST_RETURNS:
-            cloud.slip()
             cloud.correct(self._field.log_ratio(cloud.particles, self._field.beams(points)))
             if reading.scan_times.size:
                 cloud.blur(max(reading.time - float(reading.scan_times.mean()), 0.0), twist)
