@@ -225,6 +225,17 @@ class KnownMap(ShortRepr):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
+class Way(ShortRepr):
+    """The way left to the route's next point from everywhere, as the robot plans it (`geometry.way_field`)."""
+
+    number: int  # of the plan: another one is another way
+    point: Array  # (2,) [m] of the route, to which it leads
+    detour: Array  # (rows along y, columns along x) [m] that the way is longer than the straight one, at the nodes
+    corner: Array  # (2,) [m] of the node [0, 0]
+    cell: float  # [m] between neighbouring nodes
+
+
+@dataclass(frozen=True, slots=True, repr=False)
 class Observation(ShortRepr):
     """All that a controller may know, carried forward to the moment at which its decision takes effect."""
 
@@ -232,12 +243,13 @@ class Observation(ShortRepr):
     control_noise: Array  # (N, 2) samples of (dv, domega)
     twist: Array  # (2,) the command decided last
     obstacles: tuple[ObstacleSamples, ...]
-    goal: Array  # (2,)
+    goal: Array  # (2,) where to drive: with a way, a point ahead on it
     walls: Array = field(default_factory=lambda: np.zeros((0, 2, 2)))  # (W, 2, 2) start and end of each
     lanes: Lanes | None = None
     time: float = 0.0
     scan: Scan | None = None  # None before the first reading, and without a lidar
     map: KnownMap | None = None
+    way: Way | None = None  # None where no way is planned (`[route]`)
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -18,7 +18,12 @@ A = TypeVar("A", bound=np.generic)
 
 
 def sealed(array: NDArray[A]) -> NDArray[A]:
-    """The same values, in the same order in memory, in a new array that cannot be made writable."""
+    """The same values, in the same order in memory, in an array that cannot be made writable; itself where it cannot."""
+    owner = array
+    while isinstance(owner.base, np.ndarray):
+        owner = owner.base
+    if isinstance(owner.base, bytes):
+        return array
     if array.flags.fnc:
         return np.frombuffer(array.tobytes("F"), array.dtype).reshape(array.shape, order="F")
     return np.frombuffer(array.tobytes(), array.dtype).reshape(array.shape)

@@ -154,8 +154,14 @@ class Planner(ProblemController[P]):
         return Weighed(rollouts, goal, risks(rollouts))
 
     def _way_to(self, problem: Problem) -> WayGrid:
-        """The way left to the goal; computed anew where the goal or the map is another."""
-        known, goal = problem.observation.map, problem.observation.goal
+        """The way left to the goal; computed anew where the goal or the map is another. A planned way is taken."""
+        known, goal, planned = problem.observation.map, problem.observation.goal, problem.observation.way
+        if planned is not None:
+            key = planned.number.to_bytes(8)
+            if self._way is None or self._way[0] != key:
+                detour, (x, y), (gx, gy) = np.array(planned.detour), planned.corner.tolist(), planned.point.tolist()
+                self._way = key, WayField(WayGrid(detour, x, y, planned.cell, gx, gy))
+            return self._way[1].grid
         key = goal.tobytes() + (b"" if known is None else known.walls.tobytes() + known.discs.tobytes())
         if self._way is None or self._way[0] != key:
             self._way = key, self.way_field(known, goal, problem.mean_pose[:2])

@@ -2,7 +2,8 @@
 
 T(x) solves the eikonal equation |grad T| = w(x), T(goal) = 0 (Zhao 2005, "A fast sweeping method for eikonal
 equations"). The slowness w is 1 where a disc has room, and BLOCKED where it has none: T is finite everywhere, and a way
-leads through a body where no other does. Two things make a coarse grid accurate:
+leads through a body where no other does. Where a disc has room, but less than it likes, w grows to TIGHT: then T is no
+length, but what a way costs that would rather keep clear. Two things make a coarse grid accurate:
 
 * Nodes to which the straight way from the goal is open have the exact distance. Sweeping begins where these end.
 * A node's value comes from any of the 8 triangles around it (the semi-Lagrangian form of the upwind scheme, Tsitsiklis
@@ -36,6 +37,7 @@ from mjnav.messages import Array
 BLOCKED = 100.0  # slowness without room for the disc: through a wall is as far as 70 m around it
 SPARE = 0.5  # [cells] that a node may lack of the room: a gap of the disc's width may have no node in its middle
 SQUEEZE = 1.5  # slowness of a node that lacks all of SPARE
+TIGHT = 3.0  # slowness beside a body, of a way that would rather keep clear of it
 OUTSIDE = 2.0  # slowness of the way out of a body
 SETTLED = 1e-9  # [m]; smaller changes end the sweeping
 
@@ -52,27 +54,28 @@ class WayGrid(NamedTuple):
 
 
 @exact
-def solve(grid: WayGrid, radius: float, discs: Matrix, boxes: Matrix):
-    """Fills `grid.detour`.
+def solve(grid: WayGrid, radius: float, soft: float, discs: Matrix, boxes: Matrix):
+    """Fills `grid.detour` for a disc that would rather keep `soft` [m] clear of bodies.
 
     All arrays within have a rim of one node around the grid, which belongs to nothing.
     """
     rows, columns = grid.detour.shape
     lacking = np.zeros((rows + 2, columns + 2))
+    wide = radius + soft
     for k in range(len(discs)):
-        reach = discs[k, 2] + radius
-        _mark(lacking, grid, radius, discs[k], True, reach, reach)
+        reach = discs[k, 2] + wide
+        _mark(lacking, grid, wide, discs[k], True, reach, reach)
     for k in range(len(boxes)):
         along_x, along_y = abs(boxes[k, 2]), abs(boxes[k, 3])
-        a, b = boxes[k, 4] + radius, boxes[k, 5] + radius
-        _mark(lacking, grid, radius, boxes[k], False, along_x * a + along_y * b, along_y * a + along_x * b)
+        a, b = boxes[k, 4] + wide, boxes[k, 5] + wide
+        _mark(lacking, grid, wide, boxes[k], False, along_x * a + along_y * b, along_y * a + along_x * b)
     spare = SPARE * grid.cell + TOUCH
     left = np.full((rows + 2, columns + 2), np.inf)
     fixed = np.ones((rows + 2, columns + 2), np.bool_)
     fixed[1:-1, 1:-1] = False
-    _see(left, fixed, lacking, grid, radius, discs, boxes)
-    _sweep(left, fixed, lacking, grid.cell, spare)
-    _leave(left, lacking, grid.cell, spare)
+    _see(left, fixed, lacking, grid, wide, discs, boxes)
+    _sweep(left, fixed, lacking, grid.cell, spare, soft)
+    _leave(left, lacking, grid.cell, spare + soft)
     for j in range(rows):
         for i in range(columns):
             dx, dy = grid.x + i * grid.cell - grid.goal_x, grid.y + j * grid.cell - grid.goal_y
@@ -132,15 +135,20 @@ def _see(left, fixed, lacking, grid, radius, discs, boxes):
 
 
 @exact
-def _slowness(lacking, spare):
-    """1 with room for the disc, BLOCKED without; `lacking` and `spare` [m]."""
+def _slowness(lacking, spare, soft):
+    """1 with room for the disc, BLOCKED without, and up to TIGHT with less than `soft`; all in [m]."""
     if lacking <= 0.0:
         return 1.0
+    if lacking <= soft:
+        return 1.0 + (TIGHT - 1.0) * lacking / soft
+    lacking -= soft
+    if soft > 0.0 and lacking <= spare:
+        return TIGHT
     return 1.0 + (SQUEEZE - 1.0) * lacking / spare if lacking <= spare else BLOCKED
 
 
 @exact
-def _sweep(left, fixed, lacking, cell, spare):
+def _sweep(left, fixed, lacking, cell, spare, soft):
     """Fast sweeping in four orders until nothing changes; a node is visited when a neighbour has changed since.
 
     That is the locking of Bak, McLaughlin and Renzi (2010).
@@ -160,7 +168,7 @@ def _sweep(left, fixed, lacking, cell, spare):
                 i = a if order % 2 == 0 else columns - 1 - a
                 if waiting[j, i]:
                     waiting[j, i] = False
-                    value = _from_neighbours(left, j, i, cell * _slowness(lacking[j, i], spare))
+                    value = _from_neighbours(left, j, i, cell * _slowness(lacking[j, i], spare, soft))
                     if value < left[j, i] - SETTLED:
                         left[j, i] = value
                         _wake(waiting, left, fixed, j, i)
@@ -260,14 +268,26 @@ class WayField(Constant):
     grid: WayGrid
 
     @classmethod
-    def of(cls, floor: Floor, goal: ArrayLike, radius: float, points: ArrayLike = (), cell: float = CELL) -> "WayField":
-        """Of a disc of `radius` [m] to `goal` (2,), with nodes `cell` [m] apart around bodies and `points` (k, 2)."""
+    def of(
+        cls,
+        floor: Floor,
+        goal: ArrayLike,
+        radius: float,
+        points: ArrayLike = (),
+        cell: float = CELL,
+        soft: float = 0.0,
+    ) -> "WayField":
+        """Of a disc of `radius` [m] to `goal` (2,), with nodes `cell` [m] apart around bodies and `points` (k, 2).
+
+        Where it can the way keeps `soft` [m] clear of bodies: as a way beside them costs up to TIGHT times its length.
+        """
         gx, gy = (float(v) for v in np.asarray(goal, float))
         bounds = floor.bounds
         if bounds is None:
             return cls(WayGrid(np.zeros((0, 0)), gx, gy, cell, gx, gy))
         cell = min(cell, 0.75 * radius)  # a wall that the disc cannot pass is then wider than a cell's diagonal
-        ends = np.concatenate([[[gx, gy]], bounds[0][None] - radius, bounds[1][None] + radius, rows_of(points)])
+        wide = radius + soft
+        ends = np.concatenate([[[gx, gy]], bounds[0][None] - wide, bounds[1][None] + wide, rows_of(points)])
         low, high = ends.min(axis=0) - MARGIN * cell, ends.max(axis=0) + MARGIN * cell
         cell = max(cell, float((high - low).max()) / (MAX_CELLS - 1))
         columns, rows = (ceil(side / cell) + 1 for side in high - low)
@@ -275,7 +295,7 @@ class WayField(Constant):
             cell * np.array([columns - 1, rows - 1]) - (high - low)
         )  # the nodes of a mirrored floor are mirrored
         grid = WayGrid(np.empty((rows, columns)), float(low[0]), float(low[1]), cell, gx, gy)
-        solve(grid, float(radius), np.ascontiguousarray(floor.discs), np.ascontiguousarray(floor.boxes))
+        solve(grid, float(radius), float(soft), np.ascontiguousarray(floor.discs), np.ascontiguousarray(floor.boxes))
         return cls(grid)
 
     def way_left(self, points: ArrayLike) -> Array:

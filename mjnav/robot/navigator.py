@@ -35,6 +35,7 @@ from mjnav.robot.latency import CommandHistory, RobotPrediction, check_decision,
 from mjnav.robot.prediction import Crowd, RobotNow, make_predictor
 from mjnav.robot.sanity import Sanity
 from mjnav.robot.seen_space import FloorMap
+from mjnav.robot.wayfinder import Wayfinder
 from mjnav.scene.spec import Scenario
 from mjnav.sealed import sealed_costs, sealed_message, sealed_plan
 
@@ -79,6 +80,7 @@ class Navigator:
         self.on_last_leg = len(self._route) == 1  # only the goal is left of it
         self._tolerance = scenario.robot.goal_tolerance
         self._decided = np.zeros(2)
+        self._wayfinder = None if scenario.route is None else Wayfinder(scenario.route, limits)
         self._lidar = scenario.sensors.scanner
         self._scanned: Reading | None = None  # the latest one with a scan
 
@@ -130,7 +132,8 @@ class Navigator:
 
     def take_events(self) -> tuple[Event, ...]:
         """What the robot noticed since the last call."""
-        return self._sanity.take_events() + (() if self._caution is None else self._caution.take_events())
+        noticed = (self._sanity, self._caution, self._wayfinder)
+        return tuple(event for part in noticed if part is not None for event in part.take_events())
 
     def follow_route(self, pose: Array) -> None:
         """Goes on to the next point of the route where this one is reached from a pose (3,)."""
@@ -155,17 +158,23 @@ class Navigator:
         robot, people = self._own_samples(num) if own else self._samples_of(beliefs, num)
         pose, noise = self._robot_prediction.robot(robot, belief.time, effect, stretches)
         floor, position = self.floor_map, pose[:, :2].mean(axis=0)
+        goal, way = self.goal, None
+        if self._wayfinder is not None:
+            mean = np.append(position, circular_mean(pose[:, 2]))
+            self._wayfinder.follow(belief.time, mean, goal, floor.known, beliefs.people)
+            goal, way = self._wayfinder.ahead(position)
         observation = Observation(
             robot_pose=pose,
             control_noise=noise,
             twist=self._decided,
             obstacles=(*self._predict_people(beliefs.people, people, effect, pose), *floor.discs(position)),
-            goal=self.goal,
+            goal=goal,
             walls=floor.walls(position),
             lanes=self._observe_lanes(num),
             time=effect,
             scan=self._observe_scan(),
             map=floor.known,
+            way=way,
         )
         return sealed_message(observation)
 
@@ -201,6 +210,9 @@ class Navigator:
             decision = self.limited(decision)
         except InvalidValue as error:
             raise PluginFault(f"{name}: decide() returned a Decision that cannot be used: {error}") from error
+        if self._wayfinder is not None:
+            pose = np.append(observation.robot_pose[:, :2].mean(axis=0), circular_mean(observation.robot_pose[:, 2]))
+            decision = self._wayfinder.recovered(decision, pose)
         if self._caution is None or self._believed is None:
             return decision
         return self._caution.limited(decision, self._believed, self._effect)

@@ -25,6 +25,7 @@ from mjnav.scene.people import BEHAVIOURS, ConstantVelocity, Orca, Person, Socia
 from mjnav.scene.prediction import Prediction
 from mjnav.scene.published import Published
 from mjnav.scene.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, MAX_WALLS, Angle, Coordinate, Point, Rate, Seed, Size
+from mjnav.scene.route import Route
 from mjnav.scene.sensors import Sensors
 from mjnav.settings import Beside, Choice, Length, Named, Range, Text, below, settle
 from mjnav.settings.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin, placed
@@ -317,6 +318,7 @@ class Scenario(Constant):
     people_see_robot: Annotated[bool | None, "in place of sees_robot of every person, for the whole scene at once"] = (
         None
     )
+    route: Route | None = None
     layout: Layout | None = None
     published: Published | None = None
     prediction: Prediction | None = None

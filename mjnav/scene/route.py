@@ -1,0 +1,23 @@
+"""The table [route] of a run file: the way that is planned for the robot."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from mjnav.settings import Choice, Range, settle
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """The way to the next point of the robot's route, on what it knows; without this table methods drive straight."""
+
+    planner: Annotated[
+        str, Choice(("shortest",)), "shortest: the shortest way, planned again where it is blocked"
+    ] = "shortest"
+    clearance: Annotated[
+        float, Range(0.0, 5.0, "m"), "that the way rather keeps from what stands: beside it costs 3 times its length"
+    ] = 0.3
+    ahead: Annotated[float, Range(0.2, 100.0, "m"), "how far along the way the point is to which methods drive"] = 1.5
+    patience: Annotated[float, Range(0.5, 1000.0, "s"), "without progress, after which the robot recovers"] = 10.0
+
+    def __post_init__(self):
+        settle(self)
