@@ -245,9 +245,9 @@ class MapDifference:
 
     source: Annotated[
         str,
-        Choice(("world", "lidar")),
+        Choice(("world", "lidar", "both")),
         "world: the world's bodies, but for the differences below; lidar: none, but what the robot's own scans show "
-        "while it drives",
+        "while it drives; both: the world's, and what the scans show besides",
     ] = "world"
     shift: Annotated[
         tuple[Coordinate, Coordinate, Angle],

@@ -352,8 +352,8 @@ class Scenario(Constant):
 
     @property
     def draws_map(self) -> bool:
-        """Whether the robot draws its map itself, by its lidar."""
-        return self.estimation.map is not None and self.estimation.map.source == "lidar"
+        """Whether the robot draws a map by its lidar, alone or beside the one it has."""
+        return self.estimation.map is not None and self.estimation.map.source != "world"
 
     @property
     def known_bodies(self) -> KnownBodies:

@@ -43,7 +43,7 @@ def make_localizer(scenario: Scenario, seed: int) -> Localizer:
     choice = scenario.estimation.robot
     if isinstance(choice.localizer, LocalizerPlugin):
         return OwnLocalizer(choice.localizer.name, choice.localizer.make(scenario, seed), seed)
-    mapping = choice.source == LIDAR and scenario.draws_map
+    mapping = scenario.estimation.map is not None and scenario.estimation.map.source == choice.source == LIDAR
     kind = _load(LOCALIZERS, choice.source, MAPPING if mapping else choice.filter)
     if choice.source == LIDAR:
         return kind.of(scenario, seed)

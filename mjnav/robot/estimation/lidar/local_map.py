@@ -10,6 +10,8 @@ with it. What matters near the robot is right, as both drift alike. The goal dri
 A return on somebody who walks, or of whom it is not known yet whether they do, is neither added nor says where the robot
 is. Whoever stands for long is a part of the map until they go, and beams pass where they stood. Where the robot is only
 tell cells that were hit often, as of somebody who is not tracked yet few are. Where nothing lasts, wheels and gyro lead.
+
+Where the robot has a map, its pose is that on the map, and what is drawn is what the map lacks: furniture that was moved.
 """
 
 from collections.abc import Sequence
@@ -28,6 +30,7 @@ from mjnav.robot.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.robot.estimation.lidar.localizer import LEAST_RETURNS, Cloud
 from mjnav.robot.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
 from mjnav.scene.spec import Scenario
+from mjnav.scene.ways import floor_of_lidar
 
 HALF = 10.0  # [m] that the map reaches from the robot; less for a lidar of less range
 SLACK = 2.0  # [m] that the robot may be away from the middle
@@ -35,6 +38,7 @@ FIELD_CELL, FIELD_REACH = 0.025, 0.5  # [m] of the distance field, and the most 
 SURFACE = 0.01  # [m] radius of the discs that stand for an occupied cell
 WALKS = 0.25  # [m/s] from which on somebody walks
 YOUNG = 1.0  # [s] that somebody is tracked before it is known whether they do
+ON_MAP = 0.15  # [m] from a surface of the known map, beyond which another one is seen
 LASTING = 2.5  # log odds of a cell that says where the robot is: somebody who walks is not as long in one
 ON_TRACK = 0.3  # [m] from somebody's surface: their returns
 
@@ -48,7 +52,11 @@ class LocalMap:
         self._history = MotionHistory(TwistSensors.of(noise, robot.limits))
         x, y, _ = robot.start
         self._grid = EvidenceGrid.around(x, y, min(HALF, self._lidar.max_range + SLACK))
-        self.floor = Floor(np.zeros((0, 3)), np.zeros((0, 6)))
+        self._known = floor_of_lidar(scenario.known_bodies)  # of the map that the robot has from the start
+        self._known_field, self._base = DistanceField.of(self._known), np.zeros((0, 0))
+        self._at = (np.nan, np.nan)  # [m] of the corner of `_base`
+        self.seen = np.zeros((0, 3))  # x, y, radius [m] of discs for what the known map does not have
+        self.floor = self._known  # both
         self.field = self.lasting = DistanceField(FieldGrid(np.zeros((0, 0)), 0.0, 0.0, FIELD_CELL))
         self.walkers = np.zeros((0, 3))  # x, y, reach [m]: where returns may be somebody's who walks
 
@@ -73,12 +81,24 @@ class LocalMap:
         origins = np.tile([x, y], (len(ends), 1))
         add_scan(self._grid, origins[~silent], ends[~silent], met[~silent])
         surfaces, lasting = self._grid.surfaces(), self._grid.surfaces(LASTING)
-        self.floor = Floor(np.column_stack([surfaces, np.full(len(surfaces), SURFACE)]), np.zeros((0, 6)))
         low, size = np.array([self._grid.x, self._grid.y]), CELL * len(self._grid.odds)
-        self.field, self.lasting = (
-            DistanceField(field_of(points, low, size, FIELD_CELL, FIELD_REACH)) for points in (surfaces, lasting)
-        )
+        grid = field_of(surfaces, low, size, FIELD_CELL, FIELD_REACH)
+        if self._known.bounds is None:
+            self.lasting = DistanceField(field_of(lasting, low, size, FIELD_CELL, FIELD_REACH))
+        else:
+            surfaces = surfaces[self._known.clearance(surfaces) > ON_MAP]
+            grid = grid._replace(clearance=np.minimum(grid.clearance, self._on_known(grid)))
+        self.field = DistanceField(grid)
+        self.seen = np.column_stack([surfaces, np.full(len(surfaces), SURFACE)])
+        self.floor = Floor(np.concatenate([self._known.discs, self.seen]), self._known.boxes)
         return True
+
+    def _on_known(self, grid: FieldGrid) -> Array:
+        """The clearance of the known map at the nodes of a grid; looked up where the window has moved."""
+        if self._at != (grid.x, grid.y):
+            self._base = self._known_field.clearance(DistanceField(grid).nodes).reshape(grid.clearance.shape)
+            self._at = grid.x, grid.y
+        return self._base
 
     def _centre(self, pose: Array) -> None:
         """Takes the window along."""
