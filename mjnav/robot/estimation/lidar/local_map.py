@@ -7,7 +7,8 @@
 So errors of the pose go into the map, and neither knows the other's: the map drifts slowly from the floor, and the pose
 with it. What matters near the robot is right, as both drift alike. The goal drifts away from it.
 
-A return on somebody who walks, or of whom it is not known yet whether they do, is neither added nor says where the robot
+A return where nothing was seen before is taken for what stands there. Somebody is told by returns from where it was free:
+they have come there. A return on somebody who walks, or of whom it is not known yet whether they do, is neither added nor says where the robot
 is. Whoever stands for long is a part of the map until they go, and beams pass where they stood. Where the robot is only
 tell cells that were hit often, as of somebody who is not tracked yet few are. Where nothing lasts, wheels and gyro lead.
 
@@ -34,11 +35,12 @@ from mjnav.scene.ways import floor_of_lidar
 
 HALF = 10.0  # [m] that the map reaches from the robot; less for a lidar of less range
 SLACK = 2.0  # [m] that the robot may be away from the middle
-FIELD_CELL, FIELD_REACH = 0.025, 0.5  # [m] of the distance field, and the most that it tells
+FIELD_CELL, FIELD_REACH = 0.5 * CELL, 0.5  # [m] of the distance field, and the most that it tells
 SURFACE = 0.01  # [m] radius of the discs that stand for an occupied cell
 WALKS = 0.25  # [m/s] from which on somebody walks
 YOUNG = 1.0  # [s] that somebody is tracked before it is known whether they do
 ON_MAP = 0.15  # [m] from a surface of the known map, beyond which another one is seen
+FREE = -0.3  # log odds of a cell that was seen free: what is in it now has come there
 LASTING = 2.5  # log odds of a cell that says where the robot is: somebody who walks is not as long in one
 ON_TRACK = 0.3  # [m] from somebody's surface: their returns
 
@@ -84,6 +86,8 @@ class LocalMap:
         low, size = np.array([self._grid.x, self._grid.y]), CELL * len(self._grid.odds)
         grid = field_of(surfaces, low, size, FIELD_CELL, FIELD_REACH)
         if self._known.bounds is None:
+            not_free = np.pad(np.repeat(np.repeat(self._grid.odds > FREE, 2, 0), 2, 1), (0, 1), mode="edge")
+            grid = grid._replace(clearance=np.where(not_free, 0.0, grid.clearance))
             self.lasting = DistanceField(field_of(lasting, low, size, FIELD_CELL, FIELD_REACH))
         else:
             surfaces = surfaces[self._known.clearance(surfaces) > ON_MAP]
