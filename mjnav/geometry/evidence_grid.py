@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mjnav.compile.compiled import Flags, Matrix, kernel
+from mjnav.compile.compiled import Flags, Matrix, Vector, kernel
 from mjnav.geometry.distance_field import FieldGrid
 from mjnav.messages import Array
 
@@ -19,6 +19,7 @@ CELL = 0.05  # [m]
 HIT, PASS = 0.7, 0.35
 LEAST, MOST = -1.0, 3.0
 OCCUPIED = 1.0  # two scans' hits on what is unknown, three on what was seen free
+FREE = -0.3  # below it a cell was seen free
 MEMORY = 10.0  # beams that a mean place remembers
 
 
@@ -89,6 +90,40 @@ def add_scan(grid: EvidenceGrid, origins: Matrix, ends: Matrix, met: Flags):
                 grid.odds[j, i] = max(grid.odds[j, i] - PASS, LEAST)
                 if grid.odds[j, i] <= 0.0:
                     grid.counts[j, i] = 0.0
+
+
+@kernel
+def stand(grid: EvidenceGrid, x: float, y: float, radius: float):
+    """What a round body says that stands at (x, y) [m]: there is nothing else."""
+    n = len(grid.odds)
+    reach = int(radius / CELL)
+    column, row = int(np.floor((x - grid.x) / CELL)), int(np.floor((y - grid.y) / CELL))
+    for j in range(max(row - reach, 0), min(row + reach, n - 1) + 1):
+        for i in range(max(column - reach, 0), min(column + reach, n - 1) + 1):
+            if (i - column) * (i - column) + (j - row) * (j - row) <= reach * reach:
+                grid.odds[j, i] = LEAST
+                grid.counts[j, i] = 0.0
+
+
+@kernel
+def seen_free(grid: EvidenceGrid, pose: Vector, v: float, omega: float, radius: float, most: float):
+    """How far [m] a disc gets from `pose` (3,) along the arc of (v, omega) over cells that were seen free, to `most`."""
+    n, reach = len(grid.odds), int(radius / CELL)
+    x, y, heading, way, step = pose[0], pose[1], pose[2], 0.0, 0.5 * CELL
+    turn, sense = omega / abs(v) * step, 1.0 if v > 0.0 else -1.0
+    while way < most:
+        column, row = int(np.floor((x - grid.x) / CELL)), int(np.floor((y - grid.y) / CELL))
+        for j in range(row - reach, row + reach + 1):
+            for i in range(column - reach, column + reach + 1):
+                if (i - column) * (i - column) + (j - row) * (j - row) <= reach * reach and (
+                    not (0 <= i < n and 0 <= j < n) or grid.odds[j, i] > FREE
+                ):
+                    return way
+        x += sense * step * np.cos(heading + 0.5 * turn)
+        y += sense * step * np.sin(heading + 0.5 * turn)
+        heading += turn
+        way += step
+    return most
 
 
 @kernel

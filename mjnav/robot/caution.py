@@ -13,7 +13,7 @@ And where it goes by its lidar it drives no faster than lets it stop within what
     v^2 / (2 a) + v L <= d
 
 with a the base's acceleration, L the time until a next decision can take effect, and d the way to what the method is
-not told of (`seen_space`). It brakes by its command; the base ramps towards that at its acceleration limit. It drives
+not told of (`seen_space`); without a map, also to where no scan has seen the floor free (`local_map`). It brakes by its command; the base ramps towards that at its acceleration limit. It drives
 on as soon as it knows again.
 """
 
@@ -22,9 +22,9 @@ from dataclasses import replace
 import numpy as np
 
 from mjnav.geometry.distances import widest_std
-from mjnav.geometry.floor import Floor
 from mjnav.messages import Beliefs, Decision, Event, Reading, RobotBelief, Status
 from mjnav.robot.estimation import assumed_noise
+from mjnav.robot.estimation.lidar.local_map import LocalMap
 from mjnav.robot.sanity import Sanity
 from mjnav.robot.seen_space import SeenSpace
 from mjnav.scene.spec import Scenario
@@ -55,6 +55,7 @@ class Caution:
             self._needs[people[obstacles.source]] = PATIENCE
         self._by_lidar = robot.localizer is None and robot.source == "lidar"
         self._space: SeenSpace | None = None
+        self._local: LocalMap | None = None  # that the robot draws
         if "scan" in self._needs:
             rate = scenario.sensors.scanner.rate
             self._needs["scan"] += 0.0 if rate is None else 2.0 / rate  # a scan is that old before the next is whole
@@ -73,10 +74,11 @@ class Caution:
             self._rest = min(2.0 * self._rest, LONGEST_REST)
             self._rests_until = reading.time + self._rest
 
-    def learn(self, floor: Floor) -> None:
-        """The map as the robot has it now, at the lidar's height."""
+    def learn(self, local: LocalMap) -> None:
+        """The map as the robot has it now."""
+        self._local = local
         if self._space is not None:
-            self._space.floor = floor
+            self._space.floor = local.floor
 
     def limited(self, decision: Decision, belief: RobotBelief, effect: float) -> Decision:
         """The decision, or a slower one with its cause; `effect` is when it takes effect [s]."""
@@ -85,7 +87,7 @@ class Caution:
         v, omega = (0.0, 0.0) if cause else (decision.v, decision.omega)
         kind = cause.partition(" ")[0]
         if not cause and self._space is not None and v != 0.0:
-            v = self._within_sight(self._space, v, omega, now, effect - now + self._period)
+            v = self._within_sight(self._space, v, omega, belief, effect - now + self._period)
             if v != decision.v:
                 cause, kind = "less seen ahead than it takes to stop", "seen"
         if not cause:
@@ -124,12 +126,15 @@ class Caution:
             return f"position known to {position:.1f} m only"
         return "" if heading <= MAX_HEADING_STD else f"heading known to {heading:.1f} rad only"
 
-    def _within_sight(self, space: SeenSpace, v: float, omega: float, now: float, delay: float) -> float:
+    def _within_sight(self, space: SeenSpace, v: float, omega: float, belief: RobotBelief, delay: float) -> float:
         """The fastest of the parts of v [m/s] at which the robot can stop within what was seen as free on its arc."""
         for part in np.linspace(1.0, 0.0, SPEEDS, endpoint=False):
             slower = float(part) * v
             needed = slower * slower / (2.0 * self._limits.max_acceleration) + abs(slower) * delay
-            if needed <= space.free_way(now, slower, omega, self._limits.radius):
+            free = space.free_way(belief.time, slower, omega, self._limits.radius)
+            if free >= needed and self._local is not None:
+                free = self._local.free_way(belief.mean, slower, omega, needed)
+            if needed <= free:
                 return slower
         return 0.0
 

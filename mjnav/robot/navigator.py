@@ -128,7 +128,7 @@ class Navigator:
         if isinstance(self._tracker, LidarTracker):
             self._tracker.learn(local.field)
         if self._caution is not None:
-            self._caution.learn(local.floor)
+            self._caution.learn(local)
 
     def take_events(self) -> tuple[Event, ...]:
         """What the robot noticed since the last call."""

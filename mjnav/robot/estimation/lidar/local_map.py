@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from mjnav.geometry.distance_field import DistanceField, FieldGrid
 from mjnav.geometry.distances import placed
-from mjnav.geometry.evidence_grid import CELL, EvidenceGrid, add_scan, field_of
+from mjnav.geometry.evidence_grid import CELL, FREE, EvidenceGrid, add_scan, field_of, seen_free, stand
 from mjnav.geometry.floor import Floor
 from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.robot.estimation.base import HEADING, PoseEstimator, assumed_noise
@@ -40,7 +40,7 @@ SURFACE = 0.01  # [m] radius of the discs that stand for an occupied cell
 WALKS = 0.25  # [m/s] from which on somebody walks
 YOUNG = 1.0  # [s] that somebody is tracked before it is known whether they do
 ON_MAP = 0.15  # [m] from a surface of the known map, beyond which another one is seen
-FREE = -0.3  # log odds of a cell that was seen free: what is in it now has come there
+WITHIN = 0.8  # of the robot's radius, within which what it drives over was seen: between pillars its sides may touch
 LASTING = 2.5  # log odds of a cell that says where the robot is: somebody who walks is not as long in one
 ON_TRACK = 0.3  # [m] from somebody's surface: their returns
 
@@ -52,6 +52,7 @@ class LocalMap:
         noise, robot = assumed_noise(scenario), scenario.robot
         self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
         self._history = MotionHistory(TwistSensors.of(noise, robot.limits))
+        self._radius = robot.radius
         x, y, _ = robot.start
         self._grid = EvidenceGrid.around(x, y, min(HALF, self._lidar.max_range + SLACK))
         self._known = floor_of_lidar(scenario.known_bodies)  # of the map that the robot has from the start
@@ -82,6 +83,7 @@ class LocalMap:
         silent |= np.isnan(reading.scan)
         origins = np.tile([x, y], (len(ends), 1))
         add_scan(self._grid, origins[~silent], ends[~silent], met[~silent])
+        stand(self._grid, float(robot.mean[0]), float(robot.mean[1]), self._radius)
         surfaces, lasting = self._grid.surfaces(), self._grid.surfaces(LASTING)
         low, size = np.array([self._grid.x, self._grid.y]), CELL * len(self._grid.odds)
         grid = field_of(surfaces, low, size, FIELD_CELL, FIELD_REACH)
@@ -96,6 +98,15 @@ class LocalMap:
         self.seen = np.column_stack([surfaces, np.full(len(surfaces), SURFACE)])
         self.floor = Floor(np.concatenate([self._known.discs, self.seen]), self._known.boxes)
         return True
+
+    def free_way(self, pose: Array, v: float, omega: float, most: float) -> float:
+        """How far [m] the robot gets from `pose` (3,) along the arc of (v, omega) over what was seen free, to `most`.
+
+        With a map from the start that is no question: what was not seen is as on the map.
+        """
+        if self._known.bounds is not None:
+            return most
+        return float(seen_free(self._grid, np.array(pose, float), v, omega, WITHIN * self._radius, most))
 
     def _on_known(self, grid: FieldGrid) -> Array:
         """The clearance of the known map at the nodes of a grid; looked up where the window has moved."""
