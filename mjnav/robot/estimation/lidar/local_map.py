@@ -38,7 +38,6 @@ SLACK = 2.0  # [m] that the robot may be away from the middle
 FIELD_CELL, FIELD_REACH = 0.5 * CELL, 0.5  # [m] of the distance field, and the most that it tells
 SURFACE = 0.01  # [m] radius of the discs that stand for an occupied cell
 WALKS = 0.25  # [m/s] from which on somebody walks
-YOUNG = 1.0  # [s] that somebody is tracked before it is known whether they do
 ON_MAP = 0.15  # [m] from a surface of the known map, beyond which another one is seen
 WITHIN = 0.8  # of the robot's radius, within which what it drives over was seen: between pillars its sides may touch
 LASTING = 2.5  # log odds of a cell that says where the robot is: somebody who walks is not as long in one
@@ -77,7 +76,7 @@ class LocalMap:
         free = np.array([x, y]) + self._lidar.max_range * np.column_stack([np.cos(beyond), np.sin(beyond)])
         ends = np.where(met[:, None], robot.mean[:2] + points @ np.array([[c, s], [-s, c]]), free)
         silent = ~met & np.isfinite(reading.scan)  # no range at all, or one of the robot's own body
-        rows = [(*p.mean[:2], p.radius + ON_TRACK) for p in people if p.age < YOUNG or np.hypot(*p.mean[2:]) > WALKS]
+        rows = [(*p.mean[:2], p.radius + ON_TRACK) for p in people if np.hypot(*p.mean[2:]) > WALKS]
         self.walkers = np.array(rows, float).reshape(-1, 3)
         met &= ~within(ends, self.walkers)
         silent |= np.isnan(reading.scan)

@@ -188,6 +188,7 @@ TINY = 1e-300  # [1/m^2] the least density of which there is a logarithm
 UNNAMED = -1
 PARTICLES = "estimation.particles"  # channel of the particles that a track hands over
 RADIUS_MEMORY = 10  # detections of which a radius is the mean
+CAME, LOST = 0.4, 1.0  # [m] and [s] unseen, of bodies on a map that the robot draws: what stands is in the map
 ELSEWHERE = 0.5  # [m] between two readings: of a recovery that is a jump
 
 
@@ -198,6 +199,7 @@ class Body:
     filter: PersonFilter
     life: Life
     radius: float  # [m]
+    place: Array  # (2,) [m] where it was detected first
     number: int = UNNAMED  # of its name, once confirmed
     streams: tuple[np.random.Generator, ...] = ()  # of its particles and of the draws from them, once confirmed
 
@@ -216,14 +218,15 @@ class LidarTracker:
 
     A scan's detections are assigned to tracks by `assigned`; `Life` says which tracks count, and how long. A
     reading without a scan only predicts, and so does one by a robot that does not know where it is (NaN). A detection
-    was made before the reading, and is taken for the position at that time. Confirmed tracks are named track0, track1,
+    was made before the reading, and is taken for the position at that time. On a map that the robot draws itself a body
+    counts once it has gone CAME from where it was first seen, and is given up after LOST. Confirmed tracks are named track0, track1,
     ... in the order of their confirmation; no name comes twice. A robot that finds itself elsewhere forgets all.
     """
 
     def __init__(self, detector: Detector, num_particles: int, seed: int):
         import_module("scipy.optimize")  # which `assigned` needs, not to be loaded at a tick
         self._detector, self._num, self._seed = detector, num_particles, seed
-        self._time = 0.0
+        self._time, self._draws_map = 0.0, False
         self._stood = np.zeros(3)  # the robot's pose that bodies were placed by last
         self._births = self._names = 0  # so far
         self._bodies: list[Body] = []
@@ -260,14 +263,17 @@ class LidarTracker:
             self._see(self._detector.detect(reading, robot))
         else:
             self._detector.follow(reading)
-        self._bodies = [body for body in self._bodies if not body.over(reading.time)]
+        self._bodies = [body for body in self._bodies if not self._over(body, reading.time)]
         frame = FrameError.none(self._num) if lost else FrameError.of(robot, self._num, self._frame)
         self._tracks = tuple(self._track(body, frame) for body in self._confirmed())
         return self._tracks
 
+    def _over(self, body: Body, time: float) -> bool:
+        return body.over(time) or (self._draws_map and time - body.life.seen > LOST)
+
     def learn(self, field: DistanceField) -> None:
-        """The map as the robot has it now, of which nothing is a body."""
-        self._detector.field = field
+        """The map as the robot has drawn it by now, of which nothing is a body; only who has come there is one."""
+        self._detector.field, self._draws_map = field, True
 
     def draw(self, num: int) -> tuple[Array, ...]:
         """Samples of the latest tracks, (num, 4) each, in random order; an error before the first reading."""
@@ -319,7 +325,8 @@ class LidarTracker:
         body.filter.correct(detection.position, error, age=self._time - detection.time)
         body.life.detected(self._time, log_density)
         body.radius += (detection.radius - body.radius) / min(body.life.detections, RADIUS_MEMORY)
-        if body.number == UNNAMED and body.life.confirmed:
+        came = not self._draws_map or np.hypot(*(detection.position - body.place)) > CAME
+        if body.number == UNNAMED and body.life.confirmed and came:
             body.number, self._names = self._names, self._names + 1
             body.streams = tuple(stream(self._seed, channel, body.name) for channel in (PARTICLES, DRAWS))
 
@@ -329,7 +336,7 @@ class LidarTracker:
         born.start(detection.position, SCAN_ERROR.stretched(detection.covariance))
         born.predict(self._time - detection.time)
         self._births += 1
-        self._bodies.append(Body(born, Life(self._time, self._time), detection.radius))
+        self._bodies.append(Body(born, Life(self._time, self._time), detection.radius, detection.position))
 
     def _track(self, body: Body, frame: FrameError) -> Track:
         life, time, position = body.life, self._time, body.filter.mean[:2]
