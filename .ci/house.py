@@ -17,13 +17,13 @@ from types import FrameType
 
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
-    ".": 584,
+    ".": 597,
     "cli": 2525,
     "compile": 303,
     "constraints": 357,
     "control": 3149,
     "filters": 289,
-    "geometry": 788,
+    "geometry": 912,
     "gym": 273,
     "log": 3280,
     "loop": 2233,
@@ -33,13 +33,13 @@ BUDGETS = {  # code lines
     "paper": 1095,
     "report": 2606,
     "rkhs": 97,
-    "robot": 3548,
-    "scene": 3512,
+    "robot": 3834,
+    "scene": 3544,
     "settings": 806,
     "study": 3337,
     "world": 2628,
 }
-MOST_FILES = 316
+MOST_FILES = 320
 MOST_IMPORTS = 0.104  # of all code lines
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)

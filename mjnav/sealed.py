@@ -18,7 +18,7 @@ A = TypeVar("A", bound=np.generic)
 
 
 def sealed(array: NDArray[A]) -> NDArray[A]:
-    """The same values, in the same order in memory, in an array that cannot be made writable; itself where it cannot."""
+    """The same values, in the same order in memory, in an array that cannot be made writable; a sealed one itself."""
     owner = array
     while isinstance(owner.base, np.ndarray):
         owner = owner.base

@@ -38,8 +38,7 @@ class EvidenceGrid(NamedTuple):
         """Nothing is known within `half` [m] of (x, y)."""
         n = 2 * int(np.ceil(half / CELL))
         low_x, low_y = (CELL * (np.floor(v / CELL) - n // 2) for v in (x, y))
-        empty = [np.zeros((n, n)) for _ in range(4)]
-        return cls(*empty, float(low_x), float(low_y))
+        return cls(*np.zeros((4, n, n)), x=float(low_x), y=float(low_y))
 
     @property
     def middle(self) -> Array:
@@ -49,12 +48,12 @@ class EvidenceGrid(NamedTuple):
     def moved(self, columns: int, rows: int) -> "EvidenceGrid":
         """The window shifted by cells; what leaves it is forgotten."""
         n = len(self.odds)
-        new = [np.zeros((n, n)) for _ in range(4)]
+        new = np.zeros((4, n, n))
         to_rows, to_columns = (slice(max(-k, 0), min(n - k, n)) for k in (rows, columns))
         from_rows, from_columns = (slice(max(k, 0), min(n + k, n)) for k in (rows, columns))
         for old, shifted in zip(self[:4], new, strict=True):
             shifted[to_rows, to_columns] = old[from_rows, from_columns]
-        return EvidenceGrid(*new, self.x + CELL * columns, self.y + CELL * rows)
+        return EvidenceGrid(*new, x=self.x + CELL * columns, y=self.y + CELL * rows)
 
     def surfaces(self, least: float = OCCUPIED) -> Array:
         """Mean places of the cells with more than `least`, row by row, (k, 2) [m]."""
@@ -107,7 +106,7 @@ def stand(grid: EvidenceGrid, x: float, y: float, radius: float):
 
 @kernel
 def seen_free(grid: EvidenceGrid, pose: Vector, v: float, omega: float, radius: float, most: float):
-    """How far [m] a disc gets from `pose` (3,) along the arc of (v, omega) over cells that were seen free, to `most`."""
+    """How far [m] a disc gets from `pose` (3,) along the arc of (v, omega) over cells that were seen free, at most."""
     n, reach = len(grid.odds), int(radius / CELL)
     x, y, heading, way, step = pose[0], pose[1], pose[2], 0.0, 0.5 * CELL
     turn, sense = omega / abs(v) * step, 1.0 if v > 0.0 else -1.0

@@ -13,8 +13,8 @@ And where it goes by its lidar it drives no faster than lets it stop within what
     v^2 / (2 a) + v L <= d
 
 with a the base's acceleration, L the time until a next decision can take effect, and d the way to what the method is
-not told of (`seen_space`); without a map, also to where no scan has seen the floor free (`local_map`). It brakes by its command; the base ramps towards that at its acceleration limit. It drives
-on as soon as it knows again.
+not told of (`seen_space`); without a map, also to where no scan has seen the floor free (`local_map`). It brakes by its
+command; the base ramps towards that at its acceleration limit. It drives on as soon as it knows again.
 """
 
 from dataclasses import replace

@@ -123,10 +123,7 @@ class Wayfinder:
         assert self._way is not None
         goal, at, found = self._way.point, position, None
         for _ in range(int(np.ceil(self._route.ahead / STEP))):
-            if np.hypot(*(goal - at)) <= STEP:
-                at = goal
-            else:
-                at = at + STEP * self._field.direction(at)[0]
+            at = goal if np.hypot(*(goal - at)) <= STEP else at + STEP * self._field.direction(at)[0]
             if found is None or self._floor.blocking(position, at, self._limits.radius) is None:
                 found = at
             if at is goal:

@@ -10,9 +10,9 @@ from mjnav.settings import Choice, Range, settle
 class Route:
     """The way to the next point of the robot's route, on what it knows; without this table methods drive straight."""
 
-    planner: Annotated[
-        str, Choice(("shortest",)), "shortest: the shortest way, planned again where it is blocked"
-    ] = "shortest"
+    planner: Annotated[str, Choice(("shortest",)), "shortest: the shortest way, planned again where it is blocked"] = (
+        "shortest"
+    )
     clearance: Annotated[
         float, Range(0.0, 5.0, "m"), "that the way rather keeps from what stands: beside it costs 3 times its length"
     ] = 0.3

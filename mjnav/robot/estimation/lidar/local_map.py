@@ -7,12 +7,13 @@
 So errors of the pose go into the map, and neither knows the other's: the map drifts slowly from the floor, and the pose
 with it. What matters near the robot is right, as both drift alike. The goal drifts away from it.
 
-A return where nothing was seen before is taken for what stands there. Somebody is told by returns from where it was free:
-they have come there. A return on somebody who walks, or of whom it is not known yet whether they do, is neither added nor says where the robot
-is. Whoever stands for long is a part of the map until they go, and beams pass where they stood. Where the robot is only
-tell cells that were hit often, as of somebody who is not tracked yet few are. Where nothing lasts, wheels and gyro lead.
+A return where nothing was seen before is taken for what stands there. People are found by returns from where it was
+seen free: they have come there, and count once they have gone a way (`tracker`). Returns on somebody who walks are
+neither added nor do they say where the robot is. Whoever stands for long is a part of the map until they go, and beams
+pass where they stood. Only cells that were hit often say where the robot is, as one that somebody walks through is
+not. Where nothing lasts, wheels and gyro lead.
 
-Where the robot has a map, its pose is that on the map, and what is drawn is what the map lacks: furniture that was moved.
+A robot that has a map knows its pose on that map, and draws what the map lacks: furniture that was moved.
 """
 
 from collections.abc import Sequence
@@ -125,7 +126,7 @@ class LocalMap:
 def within(points: Array, discs: Array) -> NDArray[np.bool_]:
     """Which of `points` (n, 2) lie in one of `discs` (k, 3); NaN does not."""
     x, y = points[:, :1] - discs[:, 0], points[:, 1:] - discs[:, 1]
-    return (x * x + y * y < discs[:, 2] ** 2).any(axis=1)
+    return np.any(x * x + y * y < discs[:, 2] ** 2, axis=1)
 
 
 class MappingLocalizer(PoseEstimator):

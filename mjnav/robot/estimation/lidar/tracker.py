@@ -219,8 +219,9 @@ class LidarTracker:
     A scan's detections are assigned to tracks by `assigned`; `Life` says which tracks count, and how long. A
     reading without a scan only predicts, and so does one by a robot that does not know where it is (NaN). A detection
     was made before the reading, and is taken for the position at that time. On a map that the robot draws itself a body
-    counts once it has gone CAME from where it was first seen, and is given up after LOST. Confirmed tracks are named track0, track1,
-    ... in the order of their confirmation; no name comes twice. A robot that finds itself elsewhere forgets all.
+    counts once it has gone CAME from where it was first seen, and is given up after LOST. Confirmed tracks are named
+    track0, track1, ... in the order of their confirmation; no name comes twice. A robot that finds itself elsewhere
+    forgets all.
     """
 
     def __init__(self, detector: Detector, num_particles: int, seed: int):
