@@ -16,8 +16,8 @@ from scipy.spatial.distance import pdist, squareform
 
 from mjnav.control.methods.rkhs_plan import RkhsPlan, RkhsPlanParameters
 from mjnav.control.parameters import LEAST, Count, Positive
-from mjnav.control.planner import Options, Planner, Weighed
-from mjnav.control.problem.fan import ALONE, by_first_move
+from mjnav.control.planner import Options, Weighed
+from mjnav.control.problem.fan import ALONE, SECOND, by_first_move
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
@@ -25,6 +25,7 @@ from mjnav.control.rollouts import Rollouts
 from mjnav.geometry.way_field import WayField
 from mjnav.messages import Array, KnownMap
 from mjnav.rkhs.gaussian import gaussian_mmd_squared
+from mjnav.rkhs.mmd import PolynomialKernel, distance_from_dirac
 from mjnav.settings import Range
 
 Distance = Callable[[Array], Array]  # of violations (K, S): (K,)
@@ -32,10 +33,29 @@ Distance = Callable[[Array], Array]  # of violations (K, S): (K,)
 # ------------------------------------------------------------------------------------------- the rollouts
 
 
-class NoRecourse(RkhsPlan):
-    """A rollout is judged as if nothing more were known when its second move comes."""
+class Recourse(RkhsPlan):
+    """A first move a is judged as if the sample were known when the second comes, each sample having the best one, b_s:
 
-    options = Planner.options
+        S_a = 1/S sum_s G(a, b_s)  +  lambda MMD({h_s(a, b_s)}, 0),   b_s = argmin_b  G(a, b) + lambda MMD(h_s(a, b), 0)
+
+    (The value of a decision with recourse, Birge & Louveaux 2011; with all to be known after one move it is Littman,
+    Cassandra & Kaelbling's Q_MDP, 1995.) It drives more boldly, as a lower weight does, and is no better.
+    """
+
+    def options(self, weighed: Weighed, samples: JointSamples) -> Options:
+        """The first moves, each with the best second move under every sample, and what has no second move."""
+        p, num, distance = self.parameters, len(weighed.goal), self.distance(samples)
+        goal, h = by_first_move(weighed.goal), by_first_move(weighed.risks.violation)  # (A, B), (A, B, S)
+        alone = distance_from_dirac(h.reshape(-1, 1), PolynomialKernel(p.degree)).reshape(h.shape)
+        second = (goal[..., None] + p.weight * alone).argmin(axis=1)  # (A, S)
+        met = np.take_along_axis(h, second[:, None], axis=1)[:, 0]
+        cost = np.take_along_axis(goal, second, axis=1).mean(axis=1) + p.weight * distance(met)
+        shown = len(SECOND) * np.arange(len(goal)) + by_first_move(weighed.total).argmin(axis=1)
+        return Options(
+            np.append(cost, weighed.total[-ALONE:]),
+            np.append((met >= 1.0).mean(axis=1), weighed.risks.contact[-ALONE:]),
+            np.concatenate([shown, np.arange(num - ALONE, num)]),
+        )
 
 
 class OneMove(RkhsPlan):

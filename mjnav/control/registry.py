@@ -147,7 +147,7 @@ METHODS = registry(
         "this project; the risk as in DRA-MPPI 2025",
     ),
     Method(
-        "rkhs-plan", "rkhs_plan:RkhsPlan", "moves whose joint violations, with recourse, are nearest to none by MMD",
+        "rkhs-plan", "rkhs_plan:RkhsPlan", "plans whose joint violations are nearest to none by MMD",
         "this project, after Nair et al. 2021",
     ),
     Method(

@@ -1,4 +1,4 @@
-"""What a planner weighs and which way it goes: recourse and feasibility, against both written out in plain Python."""
+"""What a planner weighs and which way it goes: cost and feasibility, against both written out in plain Python."""
 
 from math import comb, cos, pi, sin, sqrt
 
@@ -83,52 +83,22 @@ def distance(violations, degree):
     return sqrt(sum(comb(degree, p) * moments[p] ** 2 for p in range(1, degree + 1)))
 
 
-def literal_options(weighed, p):
-    """Cost and probability of a contact of every first move, of standing, and of the way alone."""
-    goal, h = weighed.goal.tolist(), weighed.risks.violation.tolist()
-    num, found = len(SECOND), []
-    for start in range(0, len(goal) - 2, num):
-        costs, met = [], []
-        for s in range(len(h[0])):
-            best = min(range(start, start + num), key=lambda k: goal[k] + p.weight * distance([h[k][s]], p.degree))
-            costs.append(goal[best])
-            met.append(h[best][s])
-        cost = sum(costs) / len(costs) + p.weight * distance(met, p.degree)
-        found.append((cost, sum(x >= 1.0 for x in met) / len(met)))
-    alone = [(goal[k] + p.weight * distance(h[k], p.degree), sum(x >= 1.0 for x in h[k]) / len(h[k])) for k in (-2, -1)]
-    return found + alone
-
-
 @pytest.mark.parametrize("degree", [1, 2, 3])
-def test_the_first_move_is_the_cheapest_feasible_with_the_best_second_one_under_each_sample(observe, limits, degree):
+def test_the_first_control_is_that_of_the_cheapest_feasible_rollout(observe, limits, degree):
     ruled_out, given = 0, {"num_turn_rates": 3, "degree": degree, "weight": 1.0, "risk_bound": 0.1}
     for seed in range(12):
         controller = make_controller("rkhs-plan", limits, 0.1, **given)
         watched = watch(controller)
         decision = controller.decide(observe(seed, **CROWDED))
-        weighed, found = watched[0]
-        expected = literal_options(weighed, controller.parameters)
-        assert found.cost == pytest.approx([cost for cost, _ in expected])
-        assert found.contact == pytest.approx([contact for _, contact in expected])
-        feasible = [k for k, (_, contact) in enumerate(expected) if contact <= 0.1]
-        best = min(feasible or range(len(expected)), key=lambda k: expected[k][0])
-        assert (decision.v, decision.omega) == tuple(weighed.rollouts.controls[:, 0, found.rollout[best]])
+        weighed, _ = watched[0]
+        h = weighed.risks.violation.tolist()
+        cost = [goal + distance(h[k], degree) for k, goal in enumerate(weighed.goal.tolist())]
+        feasible = [k for k in range(len(h)) if sum(x >= 1.0 for x in h[k]) <= 0.1 * len(h[k])]
+        best = min(feasible or range(len(h)), key=lambda k: cost[k])
+        assert (decision.v, decision.omega) == tuple(weighed.rollouts.controls[:, 0, best])
         assert (decision.status == Status.INFEASIBLE) == (not feasible)
-        ruled_out += min(expected)[1] > 0.1
+        ruled_out += int(np.argmin(cost)) not in feasible
     assert ruled_out > 0
-
-
-def test_where_one_plan_for_all_samples_stops_recourse_drives_on(alone, limits):
-    """Somebody ahead goes to the left or to the right: no plan is good in both cases, to drive on and see is."""
-    person = ObstacleSamples(np.tile([2.2, 0.0], (4, 1)), np.array([[-0.1, 0.3], [-0.1, -0.3]] * 2), 0.4)
-    o = alone(num_samples=4, twist=(0.8, 0.0), obstacles=[person])
-    controller = make_controller("rkhs-plan", limits, 0.1)
-    watched = watch(controller)
-    decision = controller.decide(o)
-    weighed, options = watched[0]
-    best = int(weighed.total.argmin())
-    assert decision.v > weighed.rollouts.controls[0, 0, best] + 0.05
-    assert options.cost.min() < weighed.total[best] - 0.05
 
 
 @pytest.mark.parametrize("method", ["mppi-plus", "rkhs-plan"])

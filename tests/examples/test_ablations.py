@@ -12,7 +12,7 @@ from mjnav.study.study_file import load_study
 
 FOLDER = Path(__file__).parents[2] / "examples" / "ablations"
 PARTS = """
-    NoRecourse OneMove StraightWay TimeIntegral ContactShare Gaussian Ball Herded
+    Recourse OneMove StraightWay TimeIntegral ContactShare Gaussian Ball Herded
 """
 
 

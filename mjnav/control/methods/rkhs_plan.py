@@ -17,14 +17,8 @@ of the kernel (x y + 1)^d:
 (the idea: Nair et al. 2021, arXiv 2112.13034; a point mass as what is desired: Gupta, Singh & Krishna 2022; MMD-OPT,
 Sharma & Singh 2024). It joins the other costs of a rollout, see `mjnav.control.planner`.
 
-What is decided now is the first move alone: when the second comes, more will have been seen. So a first move a is
-judged as if the sample were known by then, each sample having the second move b that is best under it,
-
-    S_a = 1/S sum_s G(a, b_s)  +  lambda MMD({h_s(a, b_s)}, 0),   b_s = argmin_b  G(a, b) + lambda MMD(h_s(a, b), 0)
-
-with G all costs but the risk. (The value of a decision with recourse, Birge & Louveaux 2011; with all to be known after
-one move it is Littman, Cassandra & Kaelbling's Q_MDP, 1995.) A first move is feasible where at most the share
-`risk_bound` of the samples has h_s(a, b_s) >= 1: a contact soon, or at any time with what stands.
+A rollout is feasible where at most the share `risk_bound` of the samples has h_s >= 1: a contact soon, or at any time
+with what stands.
 """
 
 from collections.abc import Callable
@@ -34,8 +28,7 @@ from typing import Annotated
 import numpy as np
 
 from mjnav.control.parameters import LEAST, MOST, Count, Seconds, Weight
-from mjnav.control.planner import Options, Planner, PlannerParameters, Risks, Weighed
-from mjnav.control.problem.fan import ALONE, SECOND, by_first_move
+from mjnav.control.planner import Planner, PlannerParameters, Risks
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
@@ -67,21 +60,6 @@ class RkhsPlan(Planner[RkhsPlanParameters]):
     def __init__(self, limits: RobotLimits, period: float, parameters: RkhsPlanParameters):
         super().__init__(limits, period, parameters)
         self._kernel = PolynomialKernel(parameters.degree)
-
-    def options(self, weighed: Weighed, samples: JointSamples) -> Options:
-        """The first moves, each with the best second move under every sample, and what has no second move."""
-        p, num, distance = self.parameters, len(weighed.goal), self.distance(samples)
-        goal, h = by_first_move(weighed.goal), by_first_move(weighed.risks.violation)  # (A, B), (A, B, S)
-        alone = distance_from_dirac(h.reshape(-1, 1), self._kernel).reshape(h.shape)
-        second = (goal[..., None] + p.weight * alone).argmin(axis=1)  # (A, S)
-        met = np.take_along_axis(h, second[:, None], axis=1)[:, 0]
-        cost = np.take_along_axis(goal, second, axis=1).mean(axis=1) + p.weight * distance(met)
-        shown = len(SECOND) * np.arange(len(goal)) + by_first_move(weighed.total).argmin(axis=1)
-        return Options(
-            np.append(cost, weighed.total[-ALONE:]),
-            np.append((met >= 1.0).mean(axis=1), weighed.risks.contact[-ALONE:]),
-            np.concatenate([shown, np.arange(num - ALONE, num)]),
-        )
 
     def risks_of(self, problem: Problem, reach: Reach, samples: JointSamples) -> Callable[[Rollouts], Risks]:
         """lambda times the distance of h from 0, P(h >= 1), and h."""
