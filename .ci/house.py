@@ -18,10 +18,10 @@ from types import FrameType
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
     ".": 597,
-    "cli": 2525,
+    "cli": 2571,
     "compile": 303,
     "constraints": 357,
-    "control": 3149,
+    "control": 3117,
     "filters": 289,
     "geometry": 912,
     "gym": 273,
@@ -29,17 +29,17 @@ BUDGETS = {  # code lines
     "loop": 2233,
     "metrics": 2005,
     "motion": 553,
-    "noise": 692,
+    "noise": 806,
     "paper": 1095,
-    "report": 2606,
+    "report": 2626,
     "rkhs": 97,
-    "robot": 3834,
-    "scene": 3544,
+    "robot": 3832,
+    "scene": 3614,
     "settings": 806,
     "study": 3337,
-    "world": 2628,
+    "world": 2634,
 }
-MOST_FILES = 320
+MOST_FILES = 325
 MOST_IMPORTS = 0.104  # of all code lines
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)

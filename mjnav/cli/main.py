@@ -54,6 +54,7 @@ _GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType(
                 "mjnav.cli.import_crowd",
                 "say what recorded people, a map or a world holds, and make a scene of it",
             ),
+            "noise": ("mjnav.cli.noise", "fit laws to recorded errors, as tables of a run file"),
             "map": ("mjnav.cli.map", "write the floor of a scene as a map of ROS map_server"),
             "schema": ("mjnav.cli.schema", "print the JSON Schema of run files or study files, for editors"),
             "completion": ("mjnav.cli.completion", "print a script that completes command lines of mjnav in a shell"),

@@ -71,6 +71,7 @@ CHANNEL_MEANINGS: Mapping[str, str] = MappingProxyType(
     }
 )
 CHANNELS = tuple(CHANNEL_MEANINGS)
+TIMED_CHANNELS = tuple(name for name in CHANNELS if name not in ("lidar.range", "lane.offset"))  # one draw at a time
 NOISE_WINDOW = 0.1  # [s] for which a draw of the actuation noise holds, whatever the control rate
 
 # std, skew, kurtosis of the default profile, mean 0. They fix how hard the problem is.

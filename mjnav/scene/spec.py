@@ -13,7 +13,7 @@ import numpy as np
 from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
-from mjnav.noise import CHANNELS, Distribution, NamedDistribution, made, profile, profile_names
+from mjnav.noise import CHANNELS, TIMED_CHANNELS, Distribution, NamedDistribution, made, profile, profile_names
 
 # Users of scenarios find all parts of one here.
 from mjnav.scene.bodies import KnownBodies, LaneSpec, MapDifference, Pillar, Table, Wall
@@ -115,6 +115,11 @@ class Noise:
         Named(CHANNELS, "CHANNEL"),
         Beside(),
         "noise of one channel in place of the profile's",
+    ] = field(default_factory=dict)
+    correlation_time: Annotated[
+        Mapping[str, Annotated[float, Range(0.001, 1e4, "s")]],
+        Named(TIMED_CHANNELS, "CHANNEL"),
+        "of the channel's errors: exp(-1) is left of a correlation after it; filters take errors to be independent",
     ] = field(default_factory=dict)
 
     def __post_init__(self):

@@ -7,6 +7,7 @@ import numpy as np
 from mjnav.compile.compiled import Matrix, Vector, exact
 from mjnav.messages import Array
 from mjnav.motion.unicycle import TRACK_WIDTH, WHEEL_RADIUS, command_bounds
+from mjnav.noise import NOISE_WINDOW
 from mjnav.scene.spec import Scenario
 from mjnav.world.draws import Draws
 
@@ -41,7 +42,7 @@ class Actuation:
         self._steps = 0
         self._set_point = np.zeros(2)  # v [m/s], omega [rad/s], without the noise
         channels = ("actuation.v", "actuation.omega")
-        self._draws = Draws(scenario.noise.distributions(), [(channel, "robot") for channel in channels], seed)
+        self._draws = Draws(scenario.noise, [(channel, "robot") for channel in channels], seed, NOISE_WINDOW)
         self._noise = np.zeros(2)
 
     def open_window(self) -> None:

@@ -13,8 +13,9 @@ import numpy as np
 
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
-from mjnav.noise import Distribution
+from mjnav.noise.correlated import Correlated
 from mjnav.rng import stream
+from mjnav.scene.spec import Noise
 
 NEVER = 2**62  # a step that no run reaches
 _ROUNDING = 1e-6  # of a step: below it two moments are the same
@@ -83,13 +84,17 @@ class Rows(ABC):
 class Draws(Rows):
     """Noise, from one channel's distribution in each column."""
 
-    def __init__(self, distributions: dict[str, Distribution], columns: Sequence[tuple[str, str]], seed: int):
-        """`columns` names (channel, body) of each column."""
+    def __init__(self, noise: Noise, columns: Sequence[tuple[str, str]], seed: int, period: float):
+        """`columns` names (channel, body) of each column; `period` [s] lies between two rows."""
         super().__init__([stream(seed, channel, body) for channel, body in columns])
-        self._distributions = [distributions[channel] for channel, _ in columns]
+        laws, times = noise.distributions(), noise.correlation_time
+        self._laws = [
+            Correlated(laws[channel], period, times[channel]) if channel in times else laws[channel]
+            for channel, _ in columns
+        ]
 
     def _drawn(self, column: int) -> Array:
-        return self._distributions[column].sample(self._streams[column], _BLOCK)
+        return self._laws[column].sample(self._streams[column], _BLOCK)
 
 
 class Uniform(Rows):

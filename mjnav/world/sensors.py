@@ -23,7 +23,7 @@ class NoisySensors:
         people = [f"person{i}" for i in range(len(scenario.people))]
         columns = [(channel, "robot") for channel in _ROBOT_CHANNELS]
         columns += [(f"detection.{axis}", person) for person in people for axis in "xy"]
-        self._draws = Draws(distributions, columns, seed)
+        self._draws = Draws(scenario.noise, columns, seed, 1.0 / scenario.sensors.rate)
         self._is_exact = all(distributions[f"detection.{axis}"].std == 0.0 for axis in "xy")
         self._range = scenario.sensors.detection_range
         self._radius = np.array([person.radius for person in scenario.people])

@@ -1,0 +1,68 @@
+"""Noise that is correlated in time: its law, its correlation, and that of a run."""
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+import mjnav
+from mjnav.noise import Empirical, Gaussian, Mixture, Pearson, Uniform, Zero, profile
+from mjnav.noise.correlated import Correlated, DistributionFunction
+
+SKEWED = Pearson(std=0.08, skew=1.2, kurtosis=5.2)
+LAWS = [
+    Gaussian(mean=0.3, std=2.0),
+    SKEWED,
+    Uniform(half_width=1.0),
+    Mixture(weights=(0.3, 0.7), means=(-1.0, 0.5), stds=(0.2, 0.1)),
+    Empirical(samples=(0.0, 0.1, 0.4, 0.45, 2.0)),
+]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_the_function_and_its_inverse_are_those_of_the_laws_own_draws(law):
+    function, drawn = DistributionFunction.of(law), law.sample(np.random.default_rng(1), 20_000)
+    assert kstest(function.below(drawn), "uniform").pvalue > 1e-3
+    shares = np.linspace(0.01, 0.99, 50)
+    assert function.below(function.quantile(shares)) == pytest.approx(shares, abs=1e-9)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_draws_far_apart_have_the_law(law):
+    """Each 40th of draws with tau = 5 periods: rho^40 = 3e-4."""
+    drawn = Correlated(law, 0.1, 0.5).sample(np.random.default_rng(2), 40 * 3000)[::40]
+    assert kstest(DistributionFunction.of(law).below(drawn), "uniform").pvalue > 1e-3
+
+
+def test_of_a_gaussian_the_correlation_is_exp_minus_t_over_tau():
+    drawn = Correlated(Gaussian(std=3.0), 0.1, 0.5).sample(np.random.default_rng(3), 200_000)
+    for n in (1, 3, 10):
+        assert np.corrcoef(drawn[n:], drawn[:-n])[0, 1] == pytest.approx(np.exp(-0.2 * n), abs=0.02)
+
+
+def test_block_by_block_they_go_on():
+    whole = Correlated(SKEWED, 0.1, 1.0).sample(np.random.default_rng(4), 128)
+    one, rng = Correlated(SKEWED, 0.1, 1.0), np.random.default_rng(4)
+    assert np.array_equal(np.concatenate([one.sample(rng, 64), one.sample(rng, 64)]), whole)
+
+
+def test_no_noise_stays_none():
+    assert Correlated(Zero(), 0.1, 1.0).sample(np.random.default_rng(5), 9).tolist() == [0.0] * 9
+
+
+def test_in_a_run_the_channel_alone_is_correlated_and_all_others_draw_as_before():
+    overrides = {"physics.engine": "kinematic", "time_limit": 20.0, "people": [], "robot.goal": [90.0, 0.0]}
+    errors = {}
+    for tau in (None, 1.0):
+        more = {} if tau is None else {"noise.correlation_time": {"pose": {"x": tau}}}
+        scenario = mjnav.load_scenario("crossing1", {**overrides, **more}, seed=1)
+        with mjnav.Simulation(scenario, log=False) as simulation:
+            rows = []
+            while not simulation.done:
+                rows += [reading.pose - simulation.truth.robot_pose for reading in simulation.readings]
+                simulation.step(0.0, 0.0)
+        errors[tau] = np.array(rows)
+    assert np.array_equal(errors[None][:, 1:], errors[1.0][:, 1:])
+    after = {tau: np.corrcoef(e[1:, 0], e[:-1, 0])[0, 1] for tau, e in errors.items()}
+    assert abs(after[None]) < 0.2
+    assert after[1.0] == pytest.approx(np.exp(-0.1), abs=0.12)
+    assert errors[1.0][:, 0].std() < 3.0 * profile("pearson")["pose.x"].std
