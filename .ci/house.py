@@ -18,7 +18,7 @@ from types import FrameType
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
     ".": 597,
-    "cli": 2571,
+    "cli": 2623,
     "compile": 303,
     "constraints": 357,
     "control": 3117,
@@ -26,20 +26,20 @@ BUDGETS = {  # code lines
     "geometry": 912,
     "gym": 273,
     "log": 3280,
-    "loop": 2233,
+    "loop": 2314,
     "metrics": 2005,
-    "motion": 553,
+    "motion": 564,
     "noise": 806,
     "paper": 1095,
     "report": 2626,
     "rkhs": 97,
     "robot": 3832,
-    "scene": 3614,
-    "settings": 806,
-    "study": 3337,
-    "world": 2634,
+    "scene": 3726,
+    "settings": 808,
+    "study": 3338,
+    "world": 2687,
 }
-MOST_FILES = 325
+MOST_FILES = 329
 MOST_IMPORTS = 0.104  # of all code lines
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)

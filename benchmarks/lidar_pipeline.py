@@ -89,7 +89,7 @@ def measured(scenario: Scenario, ticks: int) -> tuple[np.ndarray, np.ndarray]:
 def reference(scenario: Scenario) -> float:
     """CPU time of the likelihood of 500 particles and 60 beams [ms]."""
     field = LikelihoodField.of(
-        floor_of_lidar(scenario.known_bodies), scenario.sensors.scanner, assumed_noise(scenario)["lidar.range"]
+        floor_of_lidar(scenario), scenario.sensors.scanner, assumed_noise(scenario)["lidar.range"]
     )
     rng = np.random.default_rng(0)
     beams = field.beams(rng.normal(size=(360, 2)) * 3.0, 60)

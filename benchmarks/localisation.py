@@ -51,7 +51,7 @@ def drive(scenario: Scenario, seconds: float) -> list[tuple[Reading, Array]]:
 
 def cost(scenario: Scenario) -> Iterator[str]:
     """The first table."""
-    floor, noise = floor_of_lidar(scenario.known_bodies), assumed_noise(scenario)["lidar.range"]
+    floor, noise = floor_of_lidar(scenario), assumed_noise(scenario)["lidar.range"]
     field = LikelihoodField.of(floor, scenario.sensors.scanner, noise)
     rng = np.random.default_rng(0)
     poses = np.array(scenario.robot.start) + rng.normal(size=(max(PARTICLES), 3)) * [0.05, 0.05, 0.02]

@@ -55,6 +55,7 @@ _GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType(
                 "say what recorded people, a map or a world holds, and make a scene of it",
             ),
             "noise": ("mjnav.cli.noise", "fit laws to recorded errors, as tables of a run file"),
+            "robot": ("mjnav.cli.robot", "check that a robot does in MuJoCo what it is commanded"),
             "map": ("mjnav.cli.map", "write the floor of a scene as a map of ROS map_server"),
             "schema": ("mjnav.cli.schema", "print the JSON Schema of run files or study files, for editors"),
             "completion": ("mjnav.cli.completion", "print a script that completes command lines of mjnav in a shell"),

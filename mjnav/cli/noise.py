@@ -3,6 +3,7 @@
 import argparse
 import json
 import os
+from math import isfinite
 
 import numpy as np
 
@@ -38,8 +39,11 @@ def execute(arguments: argparse.Namespace) -> int:
             quantile_figure(errors, found, column).savefig(file, format="png")
     tables = {fit.name: table(fit, arguments.file, column) for fit in found}
     if arguments.json:
-        laws = {fit.name: {**fit.arguments, "score": fit.score, "distance": fit.distance} for fit in found}
-        print(json.dumps({"column": column, "errors": len(errors), "laws": laws, "tables": tables}))
+        laws = {
+            fit.name: {**fit.arguments, "score": fit.score if isfinite(fit.score) else None, "distance": fit.distance}
+            for fit in found
+        }
+        print(json.dumps({"schema": 1, "column": column, "errors": len(errors), "laws": laws, "tables": tables}))
         return 0
     print(f"{column}: {len(errors)} errors, mean {errors.mean():.4g}, std {errors.std():.4g}")
     rows = [[fit.name, f"{fit.score:.3f}", f"{fit.distance:.3f}", f"{fit.law.std:.4g}"] for fit in found]

@@ -6,7 +6,9 @@ sample: particles and robot samples move by it at every tick.
 The differential drive has the base's dimensions and the limits of a command.
 """
 
+from dataclasses import dataclass
 from math import copysign, cos, sin
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -75,9 +77,26 @@ def integrate_rows(pose: Matrix, v: Vector, omega: Vector, duration: float):
 # --------------------------------------------------------------------------------- differential drive
 
 
+Speed = TypeVar("Speed", float, Array)
 WHEEL_RADIUS = 0.05  # [m]
 TRACK_WIDTH = 0.34  # [m] between the wheels' contact points
-LIDAR_HEIGHT = 0.33  # [m] of the scan above the floor: over the robot's back, under every table's top
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Two wheels, or two sides of wheels; by default those of mjnav's own robot."""
+
+    wheel_radius: float = WHEEL_RADIUS  # [m]
+    track_width: float = TRACK_WIDTH  # [m] that counts in turns: more than it measures where wheels skid
+
+    def wheel_speeds(self, v: Speed, omega: Speed) -> tuple[Speed, Speed]:
+        """Left and right wheel speed [rad/s] for (v [m/s], omega [rad/s]), numbers or arrays."""
+        across = 0.5 * self.track_width * omega
+        return (v - across) / self.wheel_radius, (v + across) / self.wheel_radius
+
+    def twist(self, left: Speed, right: Speed) -> tuple[Speed, Speed]:
+        """(v, omega) for the wheel speeds [rad/s]: the inverse of `wheel_speeds`."""
+        return 0.5 * self.wheel_radius * (left + right), self.wheel_radius * (right - left) / self.track_width
 
 
 def command_bounds(limits: RobotLimits) -> tuple[Array, Array]:

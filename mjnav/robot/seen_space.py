@@ -128,7 +128,7 @@ class SeenSpace:
     def __init__(self, scenario: Scenario, noise: Mapping[str, Distribution]):
         """`noise` is the law that the robot assumes of each channel."""
         self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
-        self.floor = floor_of_lidar(scenario.known_bodies)  # of the map, at the lidar's height
+        self.floor = floor_of_lidar(scenario)  # of the map, at the lidar's height
         self._history = MotionHistory(TwistSensors.of(noise, scenario.robot.limits))
         self._seen: Seen | None = None
         angles, step = self._lidar.angles, self._lidar.step

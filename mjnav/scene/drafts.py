@@ -7,6 +7,7 @@ entry, or another key, moves no draw.
 The last part adds drafts to the JSON Schema and to the reference of keys.
 """
 
+import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import atan2, cos, pi, sin
@@ -19,6 +20,7 @@ from mjnav import settings
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scene.bodies import Pillar, Table, Wall
 from mjnav.scene.draws import Area, Draft, Streams, draw_count, draw_point, drawing, is_draw
+from mjnav.scene.library import data_folder
 from mjnav.scene.people import AGAIN, BEHAVIOURS, MAX_WALKING_SPEED, ConstantVelocity, Person, StopAndGo, Trip
 from mjnav.scene.published import is_open
 from mjnav.scene.ranges import MAX_BODIES, MAX_LENGTH, Angle, Size
@@ -320,6 +322,12 @@ def draft_of(document: Mapping[str, Any]) -> Draft | None:
     if not drawn:
         return None
     return Draft({key: value for key, value in document.items() if key in drawn or key == "layout"})
+
+
+def is_random(name: str) -> bool:
+    """Whether a shipped scene is drawn anew for every seed; see `mjnav.scene.random_scene`."""
+    text = (data_folder("runs") / f"{name}.toml").read_text(encoding="utf-8")
+    return draft_of(tomllib.loads(text)) is not None
 
 
 # ---------------------------------------------------------------- JSON Schema and reference of keys

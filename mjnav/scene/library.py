@@ -29,14 +29,6 @@ def describe(folder: str = "") -> tuple[tuple[str, str], ...]:
     return tuple(found)
 
 
-def is_random(name: str) -> bool:
-    """Whether a shipped scene is drawn anew for every seed; see `mjnav.scene.random_scene`."""
-    from mjnav.scene.drafts import draft_of
-
-    text = (data_folder("runs") / f"{name}.toml").read_text(encoding="utf-8")
-    return draft_of(tomllib.loads(text)) is not None
-
-
 def names() -> tuple[str, ...]:
     """The names of the shipped scenes."""
     return tuple(name for name, _ in describe())

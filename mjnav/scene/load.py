@@ -21,6 +21,7 @@ from mjnav.scene.floor_import import FLOORS, floor_tables
 from mjnav.scene.map_file import put_map
 from mjnav.scene.overrides import Overrides, apply, overrides_of
 from mjnav.scene.random_scene import resolved
+from mjnav.scene.robot import put_robot
 from mjnav.scene.samples import put_samples
 from mjnav.scene.spec import Control, Draft, Scenario
 from mjnav.scene.toml import parse, read_regular, toml_text
@@ -91,6 +92,7 @@ def loads(
         changed[override.key] = override.option
     try:
         files.inline(document, folder)
+        put_robot(document, folder)
         put_samples(document, folder)
         put_map(document, folder)
         put_crowd(document, folder)

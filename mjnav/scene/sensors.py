@@ -165,6 +165,7 @@ class LidarSpec:
         f"share of the beams from which nothing returns{_BY_RANGE}",
     ] = None
     calibrated: Annotated[bool, "estimators know the bias and take it off"] = True
+    height: Annotated[float, Range(0.02, 3.0, "m"), "of the scan above the floor"] = 0.33
     mount: Annotated[
         tuple[_OnBody, _OnBody, Annotated[float, Range(-pi, pi, "rad")]],
         "x forwards, y to the left and yaw of the lidar on the robot",
@@ -190,6 +191,7 @@ class Lidar(Constant, ShortRepr):
     angles: Array  # (B,) [rad] of the beams against the mount's heading, in the order in which they are taken
     field_of_view: float  # [rad]
     mount: Array  # (3,) x, y [m], yaw [rad] of the lidar on the robot's body
+    height: float  # [m] of the scan above the floor: mjnav's own is over the robot's back and under every table's top
     rate: float | None  # [Hz]; None: all beams at the moment of each reading
     min_range: float  # [m]
     max_range: float  # [m]
@@ -274,6 +276,7 @@ def lidar_of(spec: LidarSpec, beams: int, max_range: float) -> Lidar:
         model=spec.model,
         angles=sealed(beam_angles(found["beams"], found["field_of_view"])),
         mount=sealed(np.array(spec.mount)),
+        height=spec.height,
         rate=found.get("rate"),
         calibrated=spec.calibrated,
         bias_rows=_rows(found.get("bias")),

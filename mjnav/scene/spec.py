@@ -13,6 +13,7 @@ import numpy as np
 from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
+from mjnav.motion.unicycle import Drive
 from mjnav.noise import CHANNELS, TIMED_CHANNELS, Distribution, NamedDistribution, made, profile, profile_names
 
 # Users of scenarios find all parts of one here.
@@ -25,12 +26,14 @@ from mjnav.scene.people import BEHAVIOURS, ConstantVelocity, Orca, Person, Socia
 from mjnav.scene.prediction import Prediction
 from mjnav.scene.published import Published
 from mjnav.scene.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, MAX_WALLS, Angle, Coordinate, Point, Rate, Seed, Size
+from mjnav.scene.robot import OWN, Base
 from mjnav.scene.route import Route
 from mjnav.scene.sensors import Sensors
 from mjnav.settings import Beside, Choice, Length, Named, Range, Text, below, settle
 from mjnav.settings.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin, placed
 
 _PREFERRED_SPEED = 0.8  # [m/s]
+OWN_RADIUS = 0.2  # [m]
 ENGINES: Mapping[str, str] = MappingProxyType(
     {
         "mujoco": "MuJoCo physics: wheels that slip, forces of contact, people who can be pushed.",
@@ -67,7 +70,9 @@ class Robot:
     max_turn_rate: Annotated[float, Range(0.01, 100.0, "rad/s"), "in both directions"] = 1.5
     max_acceleration: Annotated[float, Range(0.01, 100.0, "m/s²"), "of commands, also to brake"] = 1.0
     max_turn_acceleration: Annotated[float, Range(0.01, 1000.0, "rad/s²"), "of commands"] = 3.0
-    radius: Annotated[float, Range(0.2, 0.5, "m"), "of the round body"] = 0.22
+    radius: Annotated[float, Range(0.1, 0.5, "m"), "of the round body; from 0.2 m on for mjnav's own"] = 0.22
+    model: Annotated[str, "a robot that `mjnav list robots` prints, or the path of a robot's file, .toml"] = OWN
+    base: Annotated[Base | None, "of a robot that is not mjnav's own; loading the file puts it here"] = None
 
     def __post_init__(self):
         settle(self)
@@ -75,6 +80,8 @@ class Robot:
             raise InvalidValue("goal", None, "goal = [x, y] or waypoints = [[x, y], ...]: one of the two is required")
         if self.goal is not None and self.waypoints:
             raise InvalidValue("waypoints", self.waypoints, "goal or waypoints, not both")
+        if self.base is None and self.radius < OWN_RADIUS:
+            raise InvalidValue("radius", self.radius, f"at least {OWN_RADIUS:g} m: mjnav's robot has its wheels inside")
         limits = self.limits  # checks what lies between them
         Range(0.01, limits.max_speed, "m/s").check("preferred_speed", self.preferred_speed)
 
@@ -91,6 +98,11 @@ class Robot:
     def route_key(self, place: int) -> str:
         """The run file's key of a point of the route."""
         return "robot.goal" if self.goal is not None else f"robot.waypoints.{place}"
+
+    @property
+    def drive(self) -> Drive:
+        """Wheel speeds and twists."""
+        return Drive() if self.base is None else self.base.drive
 
     @property
     def limits(self) -> RobotLimits:

@@ -20,12 +20,10 @@ from mjnav.errors import InvalidValue
 from mjnav.geometry.floor import Floor
 from mjnav.geometry.shortest_way import EXCESS, WayMap
 from mjnav.messages import Array
-from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scene.bodies import (
     B,
     Box,
     Disc,
-    KnownBodies,
     Pillar,
     Strip,
     Table,
@@ -58,13 +56,14 @@ def floor_of_people(walls: Iterable[Wall], tables: Iterable[Table], pillars: Ite
     return floor_of(met_by_people(walls, tables, pillars))
 
 
-def floor_of_lidar(known: KnownBodies) -> Floor:
+def floor_of_lidar(scenario: Scenario) -> Floor:
     """What the robot's map has at the height of the lidar: legs, then pillars, as discs; walls as boxes."""
-    return floor_of_robot(_high(known.walls), _high(known.tables), _high(known.pillars))
+    known, height = scenario.known_bodies, scenario.sensors.scanner.height
+    return floor_of_robot(_high(known.walls, height), _high(known.tables, height), _high(known.pillars, height))
 
 
-def _high(bodies: Iterable[B]) -> list[B]:
-    return [body for body in bodies if body.height > LIDAR_HEIGHT]
+def _high(bodies: Iterable[B], height: float) -> list[B]:
+    return [body for body in bodies if body.height > height]
 
 
 # ------------------------------------------------------------------------------------ people's ways

@@ -255,6 +255,10 @@ class NamedValues(AnyTable):
             inner[last] = self.item.write(item)
         return written
 
+    def schema(self, definitions: dict[str, Schema]) -> Schema:
+        """See `ValueType`."""
+        return self.schema_beside({"type": "object", "properties": {}}, definitions)
+
     def schema_beside(self, owner: Schema, definitions: dict[str, Schema]) -> Schema:
         """See `ValueType`."""
         item = self.item.schema(definitions)

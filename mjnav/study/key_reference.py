@@ -20,10 +20,10 @@ from mjnav.errors import InvalidValue, unknown_name
 from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS
 from mjnav.noise.profiles import DISTRIBUTIONS
-from mjnav.scene.drafts import draft_keys, with_draws
-from mjnav.scene.library import is_random
+from mjnav.scene.drafts import draft_keys, is_random, with_draws
 from mjnav.scene.people import TEMPERAMENTS
 from mjnav.scene.prediction import MODELS
+from mjnav.scene.robot import robots
 from mjnav.scene.spec import BEHAVIOURS, ENGINES, Control, Scenario
 from mjnav.settings import plugins
 from mjnav.settings.reference import INDEX, KeyReference, key_references
@@ -96,6 +96,7 @@ _KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
         "filters": _filters,
         "predictors": lambda: _with_registered(plugins.PredictorPlugin, _described(MODELS)),
         "engines": lambda: ENGINES,
+        "robots": robots,
         "topics": _topics,
         "metrics": _metrics,
     }

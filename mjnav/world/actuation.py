@@ -1,27 +1,13 @@
-"""From commands to the wheels' set-points: bounds, acceleration limits, then noise; wheel speeds and back."""
-
-from typing import TypeVar
+"""From commands to the wheels' set-points: bounds, acceleration limits, then noise."""
 
 import numpy as np
 
 from mjnav.compile.compiled import Matrix, Vector, exact
 from mjnav.messages import Array
-from mjnav.motion.unicycle import TRACK_WIDTH, WHEEL_RADIUS, command_bounds
+from mjnav.motion.unicycle import command_bounds
 from mjnav.noise import NOISE_WINDOW
 from mjnav.scene.spec import Scenario
 from mjnav.world.draws import Draws
-
-Speed = TypeVar("Speed", float, Array)
-
-
-def wheel_speeds(v: Speed, omega: Speed) -> tuple[Speed, Speed]:
-    """Left and right wheel speed [rad/s] for (v [m/s], omega [rad/s]), numbers or arrays."""
-    return (v - 0.5 * TRACK_WIDTH * omega) / WHEEL_RADIUS, (v + 0.5 * TRACK_WIDTH * omega) / WHEEL_RADIUS
-
-
-def twist_of_wheels(left: Speed, right: Speed) -> tuple[Speed, Speed]:
-    """(v, omega) for the wheel speeds [rad/s]: the inverse of `wheel_speeds`."""
-    return 0.5 * WHEEL_RADIUS * (left + right), WHEEL_RADIUS * (right - left) / TRACK_WIDTH
 
 
 class Actuation:

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.messages import Array
-from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scene.ranges import Point
 from mjnav.scene.spec import Scenario
 from mjnav.world.scene import scene_points
@@ -92,10 +91,10 @@ def draw_tracks(scene: mujoco.MjvScene, tracks: ArrayLike, coasts: ArrayLike | N
             _draw(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, [0.09, 0.004, 0.0], [*end, 0.006], colour)
 
 
-def draw_scan(scene: mujoco.MjvScene, points: ArrayLike) -> None:
-    """Where beams end, (n, 2) [m], at the height of the lidar."""
+def draw_scan(scene: mujoco.MjvScene, points: ArrayLike, height: float) -> None:
+    """Where beams end, (n, 2) [m], at the `height` [m] of the lidar."""
     for x, y in np.asarray(points, float):
-        _draw(scene, mujoco.mjtGeom.mjGEOM_BOX, [POINT, POINT, POINT], [x, y, LIDAR_HEIGHT], _MAGENTA)
+        _draw(scene, mujoco.mjtGeom.mjGEOM_BOX, [POINT, POINT, POINT], [x, y, height], _MAGENTA)
 
 
 def draw_detections(scene: mujoco.MjvScene, discs: ArrayLike) -> None:

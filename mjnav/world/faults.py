@@ -18,7 +18,6 @@ from mjnav.motion.unicycle import integrate
 from mjnav.rng import stream
 from mjnav.scene.faults import Blocked, ChannelFaults, Faults, Slip, WheelFaults
 from mjnav.scene.spec import Scenario
-from mjnav.world.actuation import twist_of_wheels, wheel_speeds
 from mjnav.world.draws import NEVER, Grid
 from mjnav.world.engine import Engine
 
@@ -173,6 +172,7 @@ class FaultyWheels:
         faults = WheelFaults() if scenario.faults is None else scenario.faults.wheels or WheelFaults()
         self._timestep = scenario.physics.timestep
         self._slip: Slip | None = faults.slip
+        self._drive = scenario.robot.drive
         spoilt = any(kind != "slip" for channel, kind, _ in _each(scenario) if channel == "wheels")
         self._channel = FaultyChannel("wheels", faults, (1, 2), seed) if spoilt else None
         self._sending = Grid(scenario.control.period, self._timestep)
@@ -208,9 +208,9 @@ class FaultyWheels:
             return twists, np.zeros((0, 2))
         times = (step + np.arange(len(twists))) * self._timestep
         lasts = (times >= slip.start - 1e-9) & (times < slip.end - 1e-9)
-        wheels = np.stack(wheel_speeds(twists[:, 0], twists[:, 1]), axis=1)
+        wheels = np.stack(self._drive.wheel_speeds(twists[:, 0], twists[:, 1]), axis=1)
         lost = np.where(lasts[:, None] & np.array([slip.side != "right", slip.side != "left"]), 1.0 - slip.factor, 0.0)
-        floor = np.stack(twist_of_wheels(*((1.0 - lost) * wheels).T), axis=1)
+        floor = np.stack(self._drive.twist(*((1.0 - lost) * wheels).T), axis=1)
         return np.where(lasts[:, None], floor, twists), lost * wheels * self._timestep
 
 

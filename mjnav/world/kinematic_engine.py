@@ -13,9 +13,7 @@ from mjnav.geometry.angles import wrap
 from mjnav.geometry.distances import placed
 from mjnav.geometry.floor import box_distance, cast, surface
 from mjnav.messages import Array
-from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scene.spec import Scenario
-from mjnav.world.actuation import wheel_speeds
 from mjnav.world.engine import ContactLog
 from mjnav.world.floor_plan import FloorPlan
 
@@ -223,7 +221,7 @@ class KinematicEngine:
         self._robot = np.array([*scenario.robot.start, 0.0, 0.0, 0.0, 0.0])
         self._jump = 0.0  # [rad] of the heading, by teleporting
         self._spun = np.zeros(2)  # [rad] that the wheels turned on the spot
-        self._radius = scenario.robot.radius
+        self._radius, self._drive = scenario.robot.radius, scenario.robot.drive
         # x, y, vx, vy, radius
         self._people = np.zeros((len(scenario.people), 5))
         for row, person in zip(self._people, scenario.people, strict=True):
@@ -232,15 +230,16 @@ class KinematicEngine:
         self._desired = np.array(velocities, float).reshape(-1, 2)
         self._first_touch = np.full(len(self._names), -1)
 
-        seen = self._plan.disc_heights > LIDAR_HEIGHT
+        height = scenario.sensors.scanner.height
+        seen = self._plan.disc_heights > height
         self._seen_discs = np.concatenate([self._plan.discs[seen], np.zeros((len(self._people), 3))])
-        self._seen_boxes = self._plan.boxes[self._plan.box_heights > LIDAR_HEIGHT]
+        self._seen_boxes = self._plan.boxes[self._plan.box_heights > height]
 
     def advance(self, twists: Array) -> None:
         """See `Engine`."""
         touch = self._first_touch
         touch[:] = -1
-        left, right = wheel_speeds(1.0, 0.0)[0], wheel_speeds(0.0, 1.0)[1]
+        left, right = self._drive.wheel_speeds(1.0, 0.0)[0], self._drive.wheel_speeds(0.0, 1.0)[1]
         _advance(
             self._robot,
             self._radius,

@@ -22,10 +22,8 @@ from numpy.typing import ArrayLike
 from mjnav.compile.compiled import Matrix, Vector, exact
 from mjnav.geometry.distances import placed
 from mjnav.messages import Array
-from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scene.ranges import MAX_LENGTH
 from mjnav.scene.spec import Scenario
-from mjnav.world.actuation import wheel_speeds
 from mjnav.world.engine import ContactLog, DivergedError
 from mjnav.world.floor_plan import FloorPlan
 from mjnav.world.scene import SEEN_BY_LIDAR, WALLS, compose
@@ -172,11 +170,17 @@ class MujocoEngine:
         model = self.model
         self._free = int(model.joint("robot/free").qposadr[0]), int(model.joint("robot/free").dofadr[0])
         self._bind(mujoco.MjData(self.model))
-        self._wheels = [int(model.joint(f"robot/{side}_wheel").qposadr[0]) for side in ("left", "right")]
-        self._drive = [model.actuator(f"robot/{side}_wheel").id for side in ("left", "right")]
+        self._drive, base = scenario.robot.drive, scenario.robot.base
+        sides = (("left_wheel",), ("right_wheel",)) if base is None else (base.left_wheels, base.right_wheels)
+        joints = [[model.joint(f"robot/{name}") for name in side] for side in sides]
+        self._wheels = [int(side[0].qposadr[0]) for side in joints]
+        driven = model.actuator_trnid[:, 0].tolist()
+        motors = [[driven.index(joint.id) for joint in side] for side in joints]
+        self._motors = [side[0] if len(side) == 1 else side for side in motors]
         self._people = MujocoPeople(model, self.data, scenario, velocities)
 
         self._plan = FloorPlan.of(scenario)
+        self._lidar_height = scenario.sensors.scanner.height
         self._radius = scenario.robot.radius
         self._steps = 0
         self._timestep: float = model.opt.timestep
@@ -225,8 +229,9 @@ class MujocoEngine:
     def advance(self, twists: Array) -> None:
         """See `Engine`."""
         model, data, ctrl = self.model, self.data, self._ctrl
-        (left, right), timestep, num_steps = self._drive, self._timestep, len(twists)
-        speeds = list(zip(*(side.tolist() for side in wheel_speeds(twists[:, 0], twists[:, 1])), strict=True))
+        (left, right), timestep, num_steps = self._motors, self._timestep, len(twists)
+        wheels = self._drive.wheel_speeds(twists[:, 0], twists[:, 1])
+        speeds = list(zip(*(side.tolist() for side in wheels), strict=True))
         near, people = not self._is_untouched(num_steps * timestep), self._people
         with _silence():
             if not near and not people.overlap and speeds.count(speeds[0]) == num_steps:
@@ -361,7 +366,7 @@ class MujocoEngine:
         mujoco.mj_multiRay(
             model,
             data,
-            np.array([x, y, LIDAR_HEIGHT]),
+            np.array([x, y, self._lidar_height]),
             rays.reshape(-1),
             self._seen,
             True,

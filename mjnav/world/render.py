@@ -230,7 +230,7 @@ class Renderer:
         if tracks is not None:
             draw_tracks(scene, tracks, coasts)
         if scan is not None:
-            draw_scan(scene, scan)
+            draw_scan(scene, scan, self._scenario.sensors.scanner.height)
         if detections is not None:
             draw_detections(scene, detections)
         if fan is not None:

@@ -17,6 +17,7 @@ import numpy as np
 from mjnav.messages import Array
 from mjnav.scene.library import data_folder
 from mjnav.scene.spec import Person, Pillar, Robot, Scenario, Table, Wall
+from mjnav.world.robot_part import robot_part
 
 PARTS = ("scene", "robot", "pedestrian", "table", "pillar")
 WALLS, MANY = "walls", 500
@@ -92,7 +93,9 @@ def _attach(
 
 
 def _robot(robot: Robot, mount: Array) -> mujoco.MjSpec:
-    """The lidar, a site and for the eye a puck with a cap, stands at `mount` (3,)."""
+    """The lidar, a site and for the eye a puck with a cap, stands at `mount` (3,) of mjnav's own robot."""
+    if robot.base is not None:
+        return robot_part(robot.base)
     part = _part("robot")
     x, y, yaw = mount.tolist()
     for thing in (part.geom("puck"), part.geom("cap"), part.site("lidar")):

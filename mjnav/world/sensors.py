@@ -1,12 +1,13 @@
 """What the robot measures: exact values from the engine plus every channel's noise."""
 
+from math import floor, pi
+
 import numpy as np
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Reading
 from mjnav.motion.unicycle import integrate
 from mjnav.scene.spec import Scenario
-from mjnav.world.actuation import twist_of_wheels
 from mjnav.world.draws import NEVER, Draws
 from mjnav.world.engine import Engine
 from mjnav.world.lidar import scanner
@@ -27,7 +28,9 @@ class NoisySensors:
         self._is_exact = all(distributions[f"detection.{axis}"].std == 0.0 for axis in "xy")
         self._range = scenario.sensors.detection_range
         self._radius = np.array([person.radius for person in scenario.people])
-        self._robot_radius = scenario.robot.radius
+        self._robot_radius, self._drive = scenario.robot.radius, scenario.robot.drive
+        base = scenario.robot.base
+        self._tick = 0.0 if base is None or not base.encoder_ticks else 2.0 * pi / base.encoder_ticks  # [rad]
         self._lidar = scanner(scenario, seed) if lidar else None
         self._odometry_pose = np.zeros(3)
         self._before: tuple[float, tuple[float, float], float] | None = None  # time, wheel angles, yaw
@@ -52,11 +55,13 @@ class NoisySensors:
         """
         noise = self._draws.row()
         wheels, yaw, pose = engine.wheel_angles(), engine.yaw(), engine.robot_pose()
+        if self._tick:
+            wheels = (self._tick * floor(wheels[0] / self._tick), self._tick * floor(wheels[1] / self._tick))
         interval, odometry, turn_rate = 0.0, np.zeros(2), 0.0
         if self._before is not None:
             time_before, (left, right), yaw_before = self._before
             interval = time - time_before
-            odometry[:] = twist_of_wheels((wheels[0] - left) / interval, (wheels[1] - right) / interval)
+            odometry[:] = self._drive.twist((wheels[0] - left) / interval, (wheels[1] - right) / interval)
             turn_rate = (yaw - yaw_before) / interval
         self._before = time, wheels, yaw
         odometry += noise[:2]

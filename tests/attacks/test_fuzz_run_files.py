@@ -25,7 +25,7 @@ from mjnav.errors import InputError
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.supervision import RunFault
-from mjnav.scene import dumps, library, loads
+from mjnav.scene import drafts, dumps, loads
 from mjnav.scene.spec import Scenario
 from mjnav.scene.toml import toml_text
 from mjnav.world.engine import DivergedError
@@ -40,7 +40,7 @@ TRIES = 2  # layouts of a random scene that has no room, each of which takes as 
 def document_of(name: str) -> dict:
     """The tables of a scene."""
     document = tomllib.loads((library.data_folder("runs") / f"{name}.toml").read_text())
-    return document | {"layout": {"tries": TRIES}} if library.is_random(name) else document
+    return document | {"layout": {"tries": TRIES}} if drafts.is_random(name) else document
 
 
 SCENES = tuple(document_of(name) for name in library.names())

@@ -33,6 +33,8 @@ WORKING = {
     "predict": f"crossing1 --model constant_velocity {QUICK}",
     "rate-test": f"crossing1 --controller mean --duration 0.1 {QUICK}",
     "import": "crowd walkers.txt --frame-rate 25",
+    "noise": "fit errors.csv",
+    "robot": "check burger",
     "map": "save hall -o hall.yaml",
     "show": "hall",
     "report": "a.mcap",
@@ -65,6 +67,7 @@ def files(tmp_path_factory):
         writer.start()
         writer.finish()
     (folder / "walkers.txt").write_text(made_up())
+    (folder / "errors.csv").write_text("\n".join(["x", *map(str, range(30))]))
     (folder / "two.toml").write_text(STUDY)
     fill(folder / "runs/out/two methods")
     return folder
@@ -266,7 +269,7 @@ def test_an_interrupt_is_one_line_and_exit_code_130(call, monkeypatch):
 def test_quiet_leaves_errors_and_a_traceback_comes_on_request_alone(call):
     assert call(f"run crossing1 -q --no-log {QUICK}").code == 0
     wrong = "run crossing1 --set robot.radius=9"
-    line = "mjnav: --set: robot.radius: found 9.0; allowed: a number from 0.2 to 0.5 m\n"
+    line = "mjnav: --set: robot.radius: found 9.0; allowed: a number from 0.1 to 0.5 m\n"
     assert call(f"{wrong} -q").err == call(wrong).err == line
     said = call(f"{wrong} --traceback")
     assert (said.code, said.err.splitlines()[0], said.err.endswith(line)) == (

@@ -5,8 +5,7 @@ from hypothesis import strategies as st
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import RobotLimits
-from mjnav.motion.unicycle import integrate, integrate_rows, ramp_mean, reachable
-from mjnav.world.actuation import twist_of_wheels, wheel_speeds
+from mjnav.motion.unicycle import Drive, integrate, integrate_rows, ramp_mean, reachable
 
 
 def runge_kutta(pose, v, omega, duration, steps=200):
@@ -43,9 +42,12 @@ TWIST = st.tuples(SPEED, TURN)
 LIMITS = RobotLimits(max_speed=1.2, min_speed=-0.3, max_turn_rate=2.0, max_acceleration=0.7, max_turn_acceleration=2.5)
 
 
-@given(SPEED, TURN)
-def test_wheel_speeds_turn_back_into_the_twist(v, omega):
-    assert twist_of_wheels(*wheel_speeds(v, omega)) == pytest.approx((v, omega), abs=1e-12)
+@given(SPEED, TURN, st.floats(0.01, 0.3), st.floats(0.05, 1.0))
+def test_wheel_speeds_turn_back_into_the_twist(v, omega, radius, track):
+    drive = Drive(radius, track)
+    assert drive.twist(*drive.wheel_speeds(v, omega)) == pytest.approx((v, omega), abs=1e-12)
+    left, right = drive.wheel_speeds(v, omega)
+    assert radius * np.array([left, right]) == pytest.approx([v - 0.5 * track * omega, v + 0.5 * track * omega])
 
 
 @given(TWIST, st.floats(0.01, 1.0))

@@ -2,7 +2,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scene.sensors import LidarSpec
 from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Sensors, Table
 from mjnav.world.scene import DECORATION, UNSEEN, compose
@@ -26,7 +25,7 @@ def test_sizes_come_from_the_scenario(scene):
     assert model.geom("person0/body").size[0] == 0.25
     assert model.body("person0/body").mass[0] == pytest.approx(70.0)
     assert model.body_subtreemass[model.body("robot/base").id] == pytest.approx(14.0)
-    np.testing.assert_allclose(model.site("robot/lidar").pos, (0.1, -0.05, LIDAR_HEIGHT))
+    np.testing.assert_allclose(model.site("robot/lidar").pos, (0.1, -0.05, 0.33))
     np.testing.assert_allclose(model.site("robot/lidar").quat, (np.cos(0.2), 0.0, 0.0, np.sin(0.2)))
 
 

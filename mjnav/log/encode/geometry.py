@@ -24,7 +24,6 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from mjnav.geometry.angles import wrap
 from mjnav.log.encode.protobuf import delimited
 from mjnav.messages import Array, Reading, TickRecord, WorldState
-from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scene.sensors import Lidar
 
 WORLD_FRAME = "map"
@@ -94,10 +93,10 @@ def correction(believed: Array, odometry: Array) -> Array:
     return np.array([x - c * along + s * across, y - s * along - c * across, turn])
 
 
-def encode_transforms(record: TickRecord, mount: Array, epoch: int = 0) -> bytes:
+def encode_transforms(record: TickRecord, lidar: Lidar, epoch: int = 0) -> bytes:
     """foxglove.FrameTransforms: the truth, and after a reading where the robot is by its odometry and by its belief.
 
-    `mount` (3,) is the lidar's pose on the robot.
+    The last one is the lidar's place on the robot.
     """
     data = encode_true_transform(record.truth, epoch)
     if (reading := record.reading) is None:
@@ -107,7 +106,7 @@ def encode_transforms(record: TickRecord, mount: Array, epoch: int = 0) -> bytes
         corrected = correction(record.belief.mean, reading.odometry_pose)
         moved.append(_transform(time, WORLD_FRAME, ODOMETRY_FRAME, corrected))
     moved.append(_transform(time, ODOMETRY_FRAME, ROBOT_FRAME, reading.odometry_pose))
-    moved.append(_transform(time, ROBOT_FRAME, LIDAR_FRAME, mount, LIDAR_HEIGHT))
+    moved.append(_transform(time, ROBOT_FRAME, LIDAR_FRAME, lidar.mount, lidar.height))
     return data + FrameTransforms(transforms=moved).SerializeToString()
 
 

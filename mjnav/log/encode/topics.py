@@ -86,7 +86,7 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
             "/tf",
             "The frames of the robot and of its lidar in the map, believed and true.",
             foxglove_schema(FrameTransforms),
-            lambda r: geometry.encode_transforms(r, lidar.mount, epoch),
+            lambda r: geometry.encode_transforms(r, lidar, epoch),
             lambda tick, final: geometry.encode_true_transform(final, epoch),
         ),
         _true(

@@ -44,7 +44,6 @@ from mjnav.log.encode.plan import decode_plan
 from mjnav.log.read.log import Log, LogMessage
 from mjnav.log.read.tables import segments
 from mjnav.messages import Array
-from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scene.sensors import Lidar
 from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import floor_of_robot
@@ -127,7 +126,7 @@ def transforms(message: Any, _: int) -> Fields:
 def mount(lidar: Lidar) -> Fields:
     """Where the lidar is on the robot."""
     x, y, yaw = lidar.mount.tolist()
-    shift = {"x": x, "y": y, "z": LIDAR_HEIGHT}
+    shift = {"x": x, "y": y, "z": lidar.height}
     return {"transforms": [_transform(0, ROBOT_FRAME, LIDAR_FRAME, shift, rotation(yaw))]}
 
 

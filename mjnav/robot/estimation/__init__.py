@@ -13,14 +13,13 @@ from mjnav.settings.plugins import LocalizerPlugin, TrackerPlugin
 __all__ = ["LOCALIZERS", "TRACKERS", "Localizer", "Tracker", "assumed_noise", "make_localizer", "make_tracker"]
 
 LIDAR = "lidar"  # the source whose estimators are made from a scenario, by their classmethod `of`
-MAPPING = "mapping"  # in place of its filter where there is no map
+MAPPING = "mjnav.robot.estimation.lidar.local_map:MappingLocalizer"  # without a map, whatever the filter
 # "source.filter", or the source alone where it takes no filter -> module:Class
 LOCALIZERS: Mapping[str, str] = MappingProxyType(
     {
         "pose.particle": "mjnav.robot.estimation.particle:ParticleLocalizer",
         "pose.ekf": "mjnav.robot.estimation.kalman:KalmanLocalizer",
         "lidar.particle": "mjnav.robot.estimation.lidar.localizer:LidarLocalizer",
-        f"{LIDAR}.{MAPPING}": "mjnav.robot.estimation.lidar.local_map:MappingLocalizer",
         "lidar.ekf": "mjnav.robot.estimation.lidar.scan_matching:ScanMatchingLocalizer",
         "direct": "mjnav.robot.estimation.direct:DirectLocalizer",
     }
@@ -43,8 +42,8 @@ def make_localizer(scenario: Scenario, seed: int) -> Localizer:
     choice = scenario.estimation.robot
     if isinstance(choice.localizer, LocalizerPlugin):
         return OwnLocalizer(choice.localizer.name, choice.localizer.make(scenario, seed), seed)
-    mapping = scenario.estimation.map is not None and scenario.estimation.map.source == choice.source == LIDAR
-    kind = _load(LOCALIZERS, choice.source, MAPPING if mapping else choice.filter)
+    maps = scenario.estimation.map is not None and scenario.estimation.map.source == choice.source == LIDAR
+    kind = estimator_class(MAPPING) if maps else _load(LOCALIZERS, choice.source, choice.filter)
     if choice.source == LIDAR:
         return kind.of(scenario, seed)
     return kind(assumed_noise(scenario), choice.particles, seed)

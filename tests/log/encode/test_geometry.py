@@ -7,10 +7,9 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 
 from mjnav.log.encode import geometry
-from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scene.sensors import LidarSpec, Sensors
 
-MOUNT = np.array([0.1, -0.05, 0.3])
+LIDAR = Sensors(lidar=LidarSpec(mount=(0.1, -0.05, 0.3), height=0.21)).scanner
 
 
 def heading(quaternion) -> float:
@@ -21,7 +20,7 @@ def test_the_tree_of_frames_leads_to_the_belief_by_way_of_odometry(made_up):
     record = made_up.record(3)
     odometry = np.array([1.5, -0.3, 2.9])
     record = replace(record, reading=replace(record.reading, odometry_pose=odometry))
-    message = FrameTransforms.FromString(geometry.encode_transforms(record, MOUNT))
+    message = FrameTransforms.FromString(geometry.encode_transforms(record, LIDAR))
     tree = {t.child_frame_id: t for t in message.transforms}
     assert {child: t.parent_frame_id for child, t in tree.items()} == {
         "base_link_truth": "map",
@@ -34,7 +33,7 @@ def test_the_tree_of_frames_leads_to_the_belief_by_way_of_odometry(made_up):
     np.testing.assert_allclose(poses["base_link_truth"], matrix(*record.truth.robot_pose), atol=1e-12)
     np.testing.assert_allclose(poses["base_link"], matrix(*odometry), atol=1e-12)
     np.testing.assert_allclose(poses["lidar"], matrix(0.1, -0.05, 0.3), atol=1e-12)
-    assert tree["lidar"].translation.z == LIDAR_HEIGHT
+    assert tree["lidar"].translation.z == 0.21
     assert {t.timestamp.ToNanoseconds() for t in message.transforms} == {300_000_000}
 
 

@@ -15,7 +15,7 @@ from mjnav.log.encode.particles import decode_particles
 from mjnav.log.export import rosbag2
 from mjnav.log.export.export import export
 from mjnav.log.export.rosbag2 import built
-from mjnav.motion.unicycle import LIDAR_HEIGHT, integrate
+from mjnav.motion.unicycle import integrate
 from mjnav.scene.sensors import LidarSpec
 from mjnav.scene.spec import Sensors
 from mjnav.world.floor_plan import FloorPlan
@@ -127,7 +127,7 @@ def test_the_tree_of_frames_is_that_of_rep_105(log, bag):
     assert (mount.header.frame_id, mount.child_frame_id, same(mount.transform.translation)) == (
         "base_link",
         "lidar",
-        (0.0, 0.0, LIDAR_HEIGHT),
+        (0.0, 0.0, 0.33),
     )
     for _, value, message in pairs(log, "/tf", bag, "/tf"):
         moving = [moved for moved in value.transforms if moved.child_frame_id != "lidar"]
@@ -147,7 +147,7 @@ def test_a_lidar_that_turns_says_when_it_took_each_beam_and_where_it_stands():
     assert scan.time_increment * np.arange(1081) == pytest.approx(lidar.turn_offsets)
     assert (scan.scan_time, scan.range_min, scan.range_max) == (0.025, 0.1, 30.0)
     (mount,) = built("tf2_msgs/msg/TFMessage", rosbag2.mount(lidar)).transforms
-    assert same(mount.transform.translation) == (0.1, 0.05, LIDAR_HEIGHT)
+    assert same(mount.transform.translation) == (0.1, 0.05, 0.33)
     assert 2.0 * atan2(mount.transform.rotation.z, mount.transform.rotation.w) == pytest.approx(0.4)
 
 

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from mjnav.geometry.distances import beam_angles
-from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scene.sensors import LidarSpec
 from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Sensors, Table, Wall
 from mjnav.world.simulator import Simulator
@@ -45,8 +44,8 @@ def test_a_disc_is_seen_as_a_disc(scene, engine, things, radius):
 def test_what_is_lower_than_the_lidar_is_not_seen(scene, engine):
     low = scene(
         engine=engine,
-        walls=(Wall((2.0, -2.0), (2.0, 2.0), height=LIDAR_HEIGHT - 0.01),),
-        pillars=(Pillar((-2.0, 0.0), 0.3, LIDAR_HEIGHT - 0.01),),
+        walls=(Wall((2.0, -2.0), (2.0, 2.0), height=0.33 - 0.01),),
+        pillars=(Pillar((-2.0, 0.0), 0.3, 0.33 - 0.01),),
     )
     assert np.isinf(scan(low)).all()
 

@@ -127,7 +127,7 @@ class Detector:
     def of(cls, scenario: Scenario) -> "Detector":
         """With the scenario's lidar, and the map that the robot has."""
         noise = assumed_noise(scenario)
-        field = DistanceField.of(floor_of_lidar(scenario.known_bodies))
+        field = DistanceField.of(floor_of_lidar(scenario))
         return cls(field, scenario.sensors.scanner, noise, scenario.robot.limits)
 
     def follow(self, reading: Reading) -> None:

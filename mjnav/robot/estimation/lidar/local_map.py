@@ -55,7 +55,7 @@ class LocalMap:
         self._radius = robot.radius
         x, y, _ = robot.start
         self._grid = EvidenceGrid.around(x, y, min(HALF, self._lidar.max_range + SLACK))
-        self._known = floor_of_lidar(scenario.known_bodies)  # of the map that the robot has from the start
+        self._known = floor_of_lidar(scenario)  # of the map that the robot has from the start
         self._known_field, self._base = DistanceField.of(self._known), np.zeros((0, 0))
         self._at = (np.nan, np.nan)  # [m] of the corner of `_base`
         self.seen = np.zeros((0, 3))  # x, y, radius [m] of discs for what the known map does not have

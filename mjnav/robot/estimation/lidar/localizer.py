@@ -383,7 +383,7 @@ LEAST_RETURNS = 5  # of a scan that corrects
 def parts_of(scenario: Scenario) -> tuple[FloorSearch, TwistSensors, Array | None]:
     """What the scenario's map, lidar and assumed noise make, and the pose (3,) at the start, None where not known."""
     noise, robot, known = assumed_noise(scenario), scenario.robot, scenario.known_bodies
-    field = LikelihoodField.of(floor_of_lidar(known), scenario.sensors.scanner, noise["lidar.range"])
+    field = LikelihoodField.of(floor_of_lidar(scenario), scenario.sensors.scanner, noise["lidar.range"])
     floor = floor_of_robot(known.walls, known.tables, known.pillars)
     search = FloorSearch.of(field, floor, robot.radius, np.array([robot.start[:2], *robot.route]))
     start = None if scenario.estimation.robot.start == "global" else np.array(robot.start)

@@ -1,0 +1,139 @@
+"""Robots: what a run file's `robot.model` names, a file of a maker's figures with an MJCF beside it.
+
+    [robot]
+    model = "burger"            # models/robots/burger/robot.toml, or the path of such a file of one's own
+
+The file's figures hold where the run file says nothing else. Loading puts the MJCF and the drive into `robot.base`, so
+a log has them and a replay needs no file.
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any
+
+from mjnav import settings
+from mjnav.errors import InvalidValue, unknown_name
+from mjnav.motion.unicycle import Drive
+from mjnav.scene import toml as files
+from mjnav.scene.library import data_folder
+from mjnav.settings import Length, Range, below, settle
+
+OWN = "mjnav"  # the robot of this project, which needs no base
+Wheels = Annotated[tuple[str, ...], Length(1, 8), "names of the joints of one side's wheels, which turn alike"]
+_MAX_BYTES = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Base:
+    """The body and the drive of a robot that is not mjnav's own."""
+
+    mjcf: Annotated[str, "MJCF, as text: one body with a free joint, wheels on hinges with velocity actuators"]
+    wheel_radius: Annotated[float, Range(0.005, 1.0, "m"), "from the hinge to the floor"]
+    track_width: Annotated[float, Range(0.02, 3.0, "m"), "between the wheels' contact points"]
+    left_wheels: Wheels = ("left_wheel",)
+    right_wheels: Wheels = ("right_wheel",)
+    turn_factor: Annotated[
+        float, Range(0.5, 4.0), "by which wheels differ more than rolling asks for, where they skid in turns"
+    ] = 1.0
+    encoder_ticks: Annotated[float, Range(0.0, 1e7), "a turn of a wheel, to which readings are cut; 0: exact"] = 0.0
+
+    def __post_init__(self):
+        settle(self)
+
+    @property
+    def drive(self) -> Drive:
+        """Wheel speeds and twists."""
+        return Drive(self.wheel_radius, self.turn_factor * self.track_width)
+
+
+@dataclass(frozen=True, slots=True)
+class LidarPlace:
+    """The lidar that a robot usually has."""
+
+    model: Annotated[str, "a lidar by name"] = "ideal"
+    height: Annotated[float, Range(0.02, 3.0, "m"), "of the scan above the floor"] = 0.33
+    mount: Annotated[tuple[float, float, float], "x, y and yaw on the robot"] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self):
+        settle(self)
+
+
+@dataclass(frozen=True, slots=True)
+class RobotFile:
+    """A maker's figures."""
+
+    mjcf: Annotated[str, "the MJCF, from this file's folder"]
+    wheel_radius: float
+    track_width: float
+    description: str = ""
+    source: Annotated[str, "of the figures"] = ""
+    left_wheels: Wheels = ("left_wheel",)
+    right_wheels: Wheels = ("right_wheel",)
+    turn_factor: float = 1.0
+    encoder_ticks: float = 0.0
+    robot: Annotated[Mapping[str, float], settings.Named(
+        ("radius", "max_speed", "min_speed", "preferred_speed", "max_turn_rate", "max_acceleration",
+         "max_turn_acceleration")
+    ), "keys of the run file's [robot], where it says nothing else"] = field(default_factory=dict)  # fmt: skip
+    lidar: LidarPlace | None = None
+
+    def __post_init__(self):
+        settle(self)
+
+
+@cache
+def robots() -> dict[str, str]:
+    """The shipped robots and what each is."""
+    found = {OWN: "The robot of this project: a round base on two wheels, 12.6 kg and 1 m/s."}
+    for path in sorted((data_folder("models") / "robots").glob("*/robot.toml")):
+        found[path.parent.name] = read_robot(path).description
+    return found
+
+
+def robot_path(name: str, folder: Path | None) -> Path:
+    """The file of a robot by its shipped name or its path. Raises InvalidValue."""
+    if name in robots():
+        return data_folder("models") / "robots" / name / "robot.toml"
+    if not name.endswith(".toml"):
+        raise unknown_name("robot.model", name, robots(), also="the path of a robot's file, .toml")
+    if folder is None:
+        raise InvalidValue("robot.model", name, "a shipped robot; only a run file may name another file")
+    return files.found(name, folder)
+
+
+def read_robot(path: Path) -> RobotFile:
+    """A maker's figures. Raises InvalidValue with the file and its key."""
+    return settings.read(RobotFile, files.parse(_text(path, "a robot's file"), os.fspath(path)))
+
+
+def _text(path: Path, what: str) -> str:
+    try:
+        return files.read_regular(path, _MAX_BYTES).decode()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InvalidValue("robot.model", os.fspath(path), f"{what} that can be read ({reason})") from None
+
+
+def put_robot(document: dict[str, Any], folder: Path | None) -> None:
+    """Puts a robot's base, limits and lidar where the tables of a run file name its `model`. Raises InvalidValue."""
+    robot = document.get("robot")
+    name = robot.get("model") if isinstance(robot, dict) else None
+    if not isinstance(robot, dict) or not isinstance(name, str) or name == OWN or "base" in robot:
+        return
+    path = robot_path(name, folder)
+    try:
+        found = read_robot(path)
+        mjcf = _text(path.parent / found.mjcf, "an MJCF")
+    except InvalidValue as error:
+        raise InvalidValue("robot.model", name, f"a robot's file that can be read ({error})") from None
+    for key, value in found.robot.items():
+        robot.setdefault(key, value)
+    keys = ("wheel_radius", "track_width", "left_wheels", "right_wheels", "turn_factor", "encoder_ticks")
+    robot["base"] = {"mjcf": mjcf, **{key: getattr(found, key) for key in keys}}
+    with below("sensors"):
+        sensors = document.setdefault("sensors", {})
+        if found.lidar is not None and isinstance(sensors, dict):
+            sensors.setdefault("lidar", {**settings.tables(found.lidar)})

@@ -1,0 +1,67 @@
+"""A robot's own MJCF as a part of a scene, checked: what the drive says must be what the model has.
+
+Whatever of it touches anything touches the floor and things alike, and the lidar does not see it.
+"""
+
+# pyright: reportAttributeAccessIssue=false
+# mujoco's compiled modules carry no types.
+
+import mujoco
+import numpy as np
+
+from mjnav.errors import InvalidValue
+from mjnav.scene.robot import Base
+
+KEY = "robot.model"
+UNSEEN, FLOOR, THINGS = 1, 1, 2  # geom group, and collision bits as in models/robot.xml
+RADIUS, TRACK = 0.02, 0.05  # by which a wheel's size and the sides' distance may differ from the figures, as shares
+
+
+def robot_part(base: Base) -> "mujoco.MjSpec":
+    """The robot with its free joint named "free". Raises InvalidValue for what cannot be driven by `base`."""
+    try:
+        part = mujoco.MjSpec.from_string(base.mjcf)
+        alone = part.copy().compile()
+    except (ValueError, mujoco.FatalError) as error:
+        raise _wrong(f"an MJCF that MuJoCo compiles, without files of meshes and textures ({error})") from None
+    free = [joint for joint in part.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
+    if len(free) != 1:
+        raise _wrong(f"one body with a free joint, not {len(free)}")
+    places = [_places(alone, base, names) for names in (base.left_wheels, base.right_wheels)]
+    track = float(places[0] - places[1])
+    if abs(track - base.track_width) > TRACK * base.track_width:
+        raise _wrong(f"left and right wheels {base.track_width:g} m apart, as track_width says, not {track:.3g} m")
+    free[0].name = "free"
+    for geom in part.geoms:
+        if geom.group == 0:
+            geom.group = UNSEEN
+        if geom.contype or geom.conaffinity not in (0, FLOOR, THINGS):
+            geom.contype, geom.conaffinity = 0, FLOOR | THINGS
+    return part
+
+
+def _places(model: "mujoco.MjModel", base: Base, names: tuple[str, ...]) -> float:
+    """How far to the left the wheels of one side are [m]."""
+    data, places = mujoco.MjData(model), []
+    mujoco.mj_kinematics(model, data)
+    for name in names:
+        joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
+        if joint < 0 or model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
+            hinges = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE).tolist()
+            named = ", ".join(model.joint(j).name for j in hinges)
+            raise _wrong(f"a wheel's hinge {name!r}; its hinges are {named or 'none'}")
+        motors = [a for a in range(model.nu) if model.actuator_trnid[a, 0] == joint]
+        if len(motors) != 1 or model.actuator_biastype[motors[0]] != mujoco.mjtBias.mjBIAS_AFFINE:
+            raise _wrong(f"one velocity actuator on the hinge {name!r}")
+        body = int(model.jnt_bodyid[joint])
+        sizes = [float(model.geom_rbound[g]) for g in range(model.ngeom) if model.geom_bodyid[g] == body]
+        sizes += [float(model.geom_size[g].max()) for g in range(model.ngeom) if model.geom_bodyid[g] == body]
+        if not any(abs(size - base.wheel_radius) <= RADIUS * base.wheel_radius for size in sizes):
+            found = ", ".join(f"{size:.3g}" for size in sorted(set(np.round(sizes, 6))))
+            raise _wrong(f"a wheel {name!r} of radius {base.wheel_radius:g} m, as wheel_radius says, not {found} m")
+        places.append(float(data.xpos[body][1]))
+    return float(np.mean(places))
+
+
+def _wrong(allowed: str) -> InvalidValue:
+    return InvalidValue(KEY, None, allowed)

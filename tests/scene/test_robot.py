@@ -1,0 +1,133 @@
+"""Robots by name and by file: whose figures hold, what a log keeps, and what is said of a file that is none."""
+
+import pytest
+
+import mjnav
+from mjnav.errors import InvalidValue
+from mjnav.scene import dumps, loads
+from mjnav.scene.library import data_folder
+from mjnav.scene.robot import OWN, robots
+
+RUN = """
+schema = 1
+name = "short"
+time_limit = 60.0
+[robot]
+start = [0.0, 0.0, 0.0]
+goal = [2.0, 0.0]
+"""
+OTHERS = [name for name in robots() if name != OWN]
+
+
+def run_of(*overrides, folder=None):
+    return loads(RUN, overrides, folder=folder)
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """A folder with a robot of one's own: the Burger's."""
+    for name in ("robot.toml", "robot.xml"):
+        (tmp_path / name).write_text((data_folder("models") / "robots" / "burger" / name).read_text())
+    return tmp_path
+
+
+def test_mjnavs_own_robot_is_as_without_a_name():
+    assert dumps(run_of(f'robot.model="{OWN}"')) == dumps(run_of())
+    assert run_of().robot.base is None
+
+
+def test_the_makers_figures_hold_where_the_run_file_says_nothing_else():
+    burger = run_of("robot.model=burger", "robot.max_turn_rate=1.0")
+    assert (burger.robot.radius, burger.robot.max_speed, burger.robot.preferred_speed) == (0.113, 0.22, 0.22)
+    assert burger.robot.max_turn_rate == 1.0
+    assert (burger.robot.drive.wheel_radius, burger.robot.drive.track_width) == (0.033, 0.16)
+    assert (burger.sensors.scanner.model, burger.sensors.scanner.height) == ("lds-02", 0.182)
+    ideal = run_of("robot.model=burger", 'sensors.lidar={ model="ideal" }')
+    assert ideal.sensors.scanner.model == "ideal"
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_every_robot_drives_by_all_that_is_on_board_and_its_log_replays(name, tmp_path):
+    log = tmp_path / "drive.mcap"
+    scenario = run_of(f"robot.model={name}", "control.method=rkhs-plan")
+    assert mjnav.run(scenario, log=log).summary["outcome"] == "goal"
+    assert mjnav.open_log(log).scenario() == scenario
+    assert mjnav.replay(log).identical
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_both_engines_agree_on_where_a_robot_goes(name):
+    ends = []
+    for engine in ("mujoco", "kinematic"):
+        overrides = [f"robot.model={name}", f"physics.engine={engine}", "noise.profile=none", "time_limit=4"]
+        with mjnav.Simulation(run_of(*overrides), log=False, estimators=False) as simulation:
+            while not simulation.done:
+                simulation.step(0.2, 0.3)
+            ends.append(simulation.truth.robot_pose)
+    assert ends[0] == pytest.approx(ends[1], abs=0.15 if name == "jackal" else 0.02)
+
+
+def test_a_robot_of_ones_own_is_a_file_and_a_log_of_it_needs_none(lab):
+    log = lab / "own.mcap"
+    own = loads(RUN + 'model = "robot.toml"', ["time_limit=1"], folder=lab)
+    assert own.robot.base == run_of("robot.model=burger").robot.base
+    mjnav.run(own, log=log)
+    for name in ("robot.toml", "robot.xml"):
+        (lab / name).unlink()
+    assert mjnav.replay(log).identical
+
+
+def test_encoders_count_whole_ticks():
+    scenario = run_of("robot.model=create3", "noise.profile=none")
+    step = 2.0 * 3.141592653589793 / 508.8
+    with mjnav.Simulation(scenario, log=False, estimators=False) as simulation:
+        for _ in range(20):
+            simulation.step(0.1, 0.0)
+        speed = simulation.readings[-1].odometry[0]
+    turned = speed * 0.1 / scenario.robot.drive.wheel_radius / step
+    assert turned == pytest.approx(round(turned), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("model", "said"),
+    [
+        ("burgr", "did you mean 'burger'"),
+        ("none.toml", "robot.model: found 'none.toml'; allowed: a robot's file that can be read"),
+    ],
+)
+def test_a_name_that_is_none_is_refused(model, said, tmp_path):
+    with pytest.raises(InvalidValue) as told:
+        loads(RUN + f'model = "{model}"', folder=tmp_path)
+    assert said in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "said"),
+    [
+        ("robot.toml", "wheel_radius = 0.033", "wheel_radius = 0.05", "of radius 0.05 m, as wheel_radius says, not"),
+        ("robot.toml", "track_width = 0.16", "track_width = 0.3", "0.3 m apart, as track_width says, not 0.16 m"),
+        ("robot.toml", "track_width = 0.16", "track_widt = 0.16", "track_widt"),
+        ("robot.toml", "mjcf =", 'left_wheels = ["port"]\nmjcf =', "a wheel's hinge 'port'; its hinges are left_wheel"),
+        ("robot.xml", "<freejoint", "<!-- <freejoint", "MJCF that MuJoCo compiles"),
+        ("robot.xml", '<freejoint name="free"/>', "", "one body with a free joint, not 0"),
+        ("robot.xml", '<velocity name="left_wheel" class="wheel" joint="left_wheel"/>', "", "one velocity actuator"),
+    ],
+)
+def test_what_cannot_be_driven_is_said_before_anything_starts(lab, file, old, new, said):
+    text = (lab / file).read_text()
+    assert old in text
+    (lab / file).write_text(text.replace(old, new, 1))
+    with pytest.raises(InvalidValue) as told:
+        mjnav.run(loads(RUN + 'model = "robot.toml"', folder=lab), log=False)
+    assert "robot.model" in str(told.value)
+    assert said in str(told.value)
+
+
+def test_mjnavs_own_robot_has_its_wheels_inside():
+    with pytest.raises(InvalidValue, match=r"robot\.radius: .* at least 0\.2 m"):
+        run_of("robot.radius=0.15")
+
+
+def test_the_text_of_a_log_opens_no_file():
+    with pytest.raises(InvalidValue, match="only a run file may name another file"):
+        loads(RUN + 'model = "robot.toml"')
