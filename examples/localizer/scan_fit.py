@@ -48,7 +48,7 @@ class ScanFit:
 
     def __init__(self, scenario: Scenario, seed: int, parameters: ScanFitParameters):
         self._parameters, self._lidar = parameters, scenario.sensors.scanner
-        self._field = DistanceField.of(floor_of_lidar(scenario.known_bodies))
+        self._field = DistanceField.of(floor_of_lidar(scenario))
         self._noise = assumed_noise(scenario)
         self._history = MotionHistory(TwistSensors.of(self._noise, scenario.robot.limits))
         self._rng = stream(seed, "scan_fit")

@@ -25,7 +25,7 @@ from mjnav.errors import InputError
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.supervision import RunFault
-from mjnav.scene import drafts, dumps, loads
+from mjnav.scene import drafts, dumps, library, loads
 from mjnav.scene.spec import Scenario
 from mjnav.scene.toml import toml_text
 from mjnav.world.engine import DivergedError

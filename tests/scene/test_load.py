@@ -20,7 +20,7 @@ def of_person(*lines):
 
 SOCIAL = '[[people]]\nstart = [4, 2]\nbehaviour = "social_force"\nwaypoints = [[4, 3]]\n'
 BAD = {  # a text, and the message's beginning behind the file
-    "a misspelt key": (HEAD + "[robot]\nstart = [0, 0, 0]\ngaol = [9, 0]", "robot.gaol: found 'gaol'; allowed: base, goal, "),
+    "a misspelt key": (HEAD + "[robot]\nstart = [0, 0, 0]\ngaol = [9, 0]", "robot.gaol: found 'gaol'; allowed: base, "),
     "another schema": ("schema = 2\nwhatever = 1", "schema: found 2; allowed: 1"),
     "neither goal nor waypoints": (HEAD + "[robot]\nstart = [0, 0, 0]", "robot.goal: found nothing; allowed: goal = "),
     "a least speed above the greatest": (GOOD + "min_speed = 2.0", "robot.min_speed: found 2.0; allowed: a number bel"),
