@@ -9,7 +9,7 @@ a log has them and a replay needs no file.
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
@@ -62,26 +62,20 @@ class LidarPlace:
 
 
 @dataclass(frozen=True, slots=True)
-class RobotFile:
-    """A maker's figures."""
+class RobotFile(Base):
+    """A maker's figures; `mjcf` is the path of the MJCF, from this file's folder."""
 
-    mjcf: Annotated[str, "the MJCF, from this file's folder"]
-    wheel_radius: float
-    track_width: float
     description: str = ""
     source: Annotated[str, "of the figures"] = ""
-    left_wheels: Wheels = ("left_wheel",)
-    right_wheels: Wheels = ("right_wheel",)
-    turn_factor: float = 1.0
-    encoder_ticks: float = 0.0
-    robot: Annotated[Mapping[str, float], settings.Named(
-        ("radius", "max_speed", "min_speed", "preferred_speed", "max_turn_rate", "max_acceleration",
-         "max_turn_acceleration")
-    ), "keys of the run file's [robot], where it says nothing else"] = field(default_factory=dict)  # fmt: skip
+    robot: Annotated[
+        Mapping[str, float],
+        settings.Named((
+            "radius", "max_speed", "min_speed", "preferred_speed", "max_turn_rate", "max_acceleration",
+            "max_turn_acceleration",
+        )),
+        "keys of the run file's [robot], where it says nothing else",
+    ] = field(default_factory=dict)  # fmt: skip
     lidar: LidarPlace | None = None
-
-    def __post_init__(self):
-        settle(self)
 
 
 @cache
@@ -131,8 +125,8 @@ def put_robot(document: dict[str, Any], folder: Path | None) -> None:
         raise InvalidValue("robot.model", name, f"a robot's file that can be read ({error})") from None
     for key, value in found.robot.items():
         robot.setdefault(key, value)
-    keys = ("wheel_radius", "track_width", "left_wheels", "right_wheels", "turn_factor", "encoder_ticks")
-    robot["base"] = {"mjcf": mjcf, **{key: getattr(found, key) for key in keys}}
+    drive = {one.name: getattr(found, one.name) for one in fields(Base)}
+    robot["base"] = {**drive, "mjcf": mjcf}
     with below("sensors"):
         sensors = document.setdefault("sensors", {})
         if found.lidar is not None and isinstance(sensors, dict):
