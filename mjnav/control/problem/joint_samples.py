@@ -19,6 +19,8 @@ from mjnav.control.problem.problem import Problem
 from mjnav.control.rollouts import Rollouts
 from mjnav.messages import Array, ObstacleSamples
 
+FARTHEST = 0.2  # [m] between two positions of a rollout: a fast robot would pass through a pillar between two steps
+
 
 def robot_offsets(problem: Problem) -> Array:
     """The robot's samples less their mean position, (2, N) [m].
@@ -91,10 +93,24 @@ class JointSamples:
         m = margin[:, None] * ones
         meet_discs(h, r.x, r.y, *self.moving, self.moving_radius + m, 1.0 / m, fading[:, None] * ones)
         reach = self.standing_radius + standing
-        meet_walls(h, r.x, r.y, *self.offsets, self.standing, reach, standing, lasting)
+        x, y, lasts = between(r, lasting)
+        meet_walls(h, x, y, *self.offsets, self.standing, reach, standing, lasts)
         for normal, excess in self.lanes:
             meet_lane(h, r.x, r.y, normal, excess, standing, lasting)
         return h
+
+
+def between(rollouts: Rollouts, lasting: Array) -> tuple[Array, Array, Array]:
+    """Positions x, y (n T, K) of rollouts from 0, at most FARTHEST apart, and `lasting` (T,) at each of them."""
+    num = max(int(np.ceil(rollouts.step * np.abs(rollouts.controls[0]).max() / FARTHEST - 1e-9)), 1)
+    if num == 1:
+        return rollouts.x, rollouts.y, lasting
+    part, shape = np.arange(1, num + 1)[:, None] / num, (-1, rollouts.x.shape[1])
+    x, y = (
+        (np.pad(ends, ((1, 0), (0, 0)))[:-1, None] * (1.0 - part) + ends[:, None] * part).reshape(shape)
+        for ends in (rollouts.x, rollouts.y)
+    )
+    return np.ascontiguousarray(x), np.ascontiguousarray(y), np.repeat(lasting, num)
 
 
 def _moves(body: ObstacleSamples) -> bool:

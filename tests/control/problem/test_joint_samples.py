@@ -37,15 +37,20 @@ def literal(problem, rollouts, s, k):
     o, radius, h = problem.observation, problem.limits.radius, 0.0
     heading, drift = o.robot_pose[s, 2], 0.1 * o.control_noise[s, 0]
     start = o.robot_pose[s, :2] + drift * np.array([np.cos(heading), np.sin(heading)])
+    parts = max(int(np.ceil(STEP * np.abs(rollouts.controls[0]).max() / 0.2)), 1)
+    way = np.concatenate([np.zeros((1, 2)), np.stack([rollouts.x[:, k], rollouts.y[:, k]], axis=-1)])
     for t in range(STEPS):
-        robot = start + np.array([rollouts.x[t, k], rollouts.y[t, k]])
+        robot = start + way[t + 1]
+        on_the_way = [start + way[t] + (way[t + 1] - way[t]) * (i + 1) / parts for i in range(parts)]
         bodies = []  # depth below R, margin, gamma
         for disc in o.obstacles:
             at = positions_at(disc, TIMES[[t]])[0, s % len(disc.position)]
-            depth = radius + 0.03 + disc.radius - hypot(*(robot - at))
             stands = len(disc.position) == 1 and disc.future is None and not disc.velocity.any()
+            depth = radius + 0.03 + disc.radius - min(hypot(*(p - at)) for p in (on_the_way if stands else [robot]))
             bodies.append((depth, STANDING, 1.0) if stands else (depth, 0.2 + 0.1 * TIMES[t], exp(-TIMES[t] / 3.0)))
-        bodies += [(radius + 0.03 - float(segment_distance(robot, *wall)), STANDING, 1.0) for wall in o.walls]
+        for wall in o.walls:
+            depth = radius + 0.03 - min(float(segment_distance(p, *wall)) for p in on_the_way)
+            bodies.append((depth, STANDING, 1.0))
         if o.lanes is not None:
             left = float(lane_distance(robot, o.lanes.left)) + o.lanes.left_offset[s]
             right = float(lane_distance(robot, o.lanes.right)) + o.lanes.right_offset[s]
@@ -67,6 +72,17 @@ def test_the_violation_is_the_worst_over_time_and_obstacles_of_each_joint_sample
     expected = [[literal(problem, rollouts, s, k) for s in range(5)] for k in range(15)]
     assert found == pytest.approx(np.array(expected), abs=1e-9)
     assert found.max() > 0.0
+
+
+def test_a_fast_robot_does_not_plan_through_a_pillar_between_two_steps(alone, limits):
+    fast, pillar = replace(limits, max_speed=2.0), ObstacleSamples(np.array([[1.0, 0.35]]), np.zeros((1, 2)), 0.1)
+    o = alone(num_samples=1, twist=(2.0, 0.0), obstacles=[pillar])
+    problem, samples = samples_of(o, fast, TIMES)
+    straight = np.zeros((2, STEPS, 1))
+    straight[0] = 2.0
+    rollouts = Rollouts.of(straight, 0.0, ControlLimits.of(o.twist, fast, 0.1, STEP), STEP)
+    assert np.hypot(rollouts.x - 1.0, 0.35).min() > 0.38 + 0.02  # at 0.8 and at 1.6 m nothing is near
+    assert samples.violation(rollouts, MARGIN, FADING, 0.02, np.ones(STEPS))[0, 0] >= 1.0
 
 
 def one_body(alone, limits, distance, *, moves):
