@@ -1,13 +1,15 @@
 """Events of a run for its log: contacts, goal, time-out, filters that were lost, and warnings.
 
-The referee judges by the truth. The robot never hears of it.
+The referee judges by the truth. The robot never hears of it. A time-out of a robot that waits where it believes the
+goal to be is told apart: it is `believed` where the goal lies within what the belief itself says of its error.
 """
 
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mjnav.messages import Beliefs, Contact, Decision, Event, Status, Track, WorldState
+from mjnav.geometry.distances import widest_std
+from mjnav.messages import Array, Beliefs, Contact, Decision, Event, RobotBelief, Status, Track, WorldState
 from mjnav.metrics.consistency import DEPLETED
 from mjnav.metrics.safety import PERSON, judged
 from mjnav.scene.check import HORIZON, is_avoidable, overlapping_people
@@ -16,7 +18,8 @@ from mjnav.scene.spec import Scenario
 # ------------------------------------------------------------------------------------------ referee
 
 
-GOAL, COLLISION, TIMEOUT, ABORTED = "goal", "collision", "timeout", "aborted"
+GOAL, BELIEVED, COLLISION, TIMEOUT, ABORTED = "goal", "believed", "collision", "timeout", "aborted"
+STATED = 3.0  # standard deviations of its widest direction, by which a belief may be wrong as it says itself
 
 
 class Referee:
@@ -29,20 +32,28 @@ class Referee:
         self._stop = scenario.stop_on_collision
         self._limit_first = scenario.published is not None and scenario.published.rules.limit_first
 
-    def outcome(self, truth: WorldState, *, on_last_leg: bool) -> str | None:
+    def outcome(self, truth: WorldState, belief: RobotBelief | None, *, on_last_leg: bool) -> str | None:
         """How the run has ended, or None while it goes on. A collision counts before the goal, the goal before time.
 
-        In the published crowds that judge so, time counts before both.
+        In the published crowds that judge so, time counts before both. `belief` is the robot's latest.
         """
         over = truth.time >= self._time_limit - 1e-9
         if over and self._limit_first:
             return TIMEOUT
         if truth.contacts and self._stop:
             return COLLISION
-        dx, dy = truth.robot_pose[0] - self._goal[0], truth.robot_pose[1] - self._goal[1]
-        if on_last_leg and dx * dx + dy * dy <= self._tolerance**2:
+        if on_last_leg and self._near(truth.robot_pose, self._tolerance):
             return GOAL
-        return TIMEOUT if over else None
+        if not over:
+            return None
+        if on_last_leg and belief is not None and self._near(belief.mean, self._tolerance):
+            stated = STATED * widest_std(belief.covariance)
+            return BELIEVED if self._near(truth.robot_pose, self._tolerance + stated) else TIMEOUT
+        return TIMEOUT
+
+    def _near(self, pose: Array, distance: float) -> bool:
+        dx, dy = pose[0] - self._goal[0], pose[1] - self._goal[1]
+        return bool(dx * dx + dy * dy <= distance**2)
 
 
 # ------------------------------------------------------------------------------------------- events

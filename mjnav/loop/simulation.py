@@ -200,10 +200,11 @@ class Simulation:
 
     @property
     def outcome(self) -> str | None:
-        """None while it goes on, then "goal", "collision", "timeout" or "aborted"."""
+        """None while it goes on, then "goal", "believed", "collision", "timeout" or "aborted"."""
         if self._outcome is None:
             truth = self._present().truth
-            self._outcome = self._referee.outcome(truth, on_last_leg=self._robot.on_last_leg)
+            belief = None if self._estimated is None else self._estimated.robot
+            self._outcome = self._referee.outcome(truth, belief, on_last_leg=self._robot.on_last_leg)
             self._final = None if self._outcome is None else truth
         return self._outcome
 

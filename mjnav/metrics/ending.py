@@ -6,6 +6,7 @@ from mjnav.metrics.safety import collisions
 from mjnav.scene.check import is_avoidable
 from mjnav.scene.spec import Scenario
 
+TIMEOUTS = ("timeout", "believed")  # outcomes
 INFEASIBLE = ("infeasible_nominal", "infeasible")  # statuses
 
 
@@ -18,11 +19,12 @@ INFEASIBLE = ("infeasible_nominal", "infeasible")  # statuses
 def ending(outcome: str | None, success: bool) -> tuple[str | None, bool, bool]:
     """Of a run that ended with `outcome`, or goes on.
 
-    * outcome: goal, collision, timeout or aborted
+    * outcome: goal, believed, collision, timeout or aborted. `believed` is a timeout of a robot that took itself to be at
+      the goal, where the goal lay within 3 standard deviations of its belief
     * success: the goal was reached in time without contact
     * timeout: the time limit ended the run before the goal was reached
     """
-    return outcome, success, outcome == "timeout"
+    return outcome, success, outcome in TIMEOUTS
 
 
 def succeeded(trajectory: Trajectory, scenario: Scenario, outcome: str | None) -> bool:

@@ -46,6 +46,7 @@ from mjnav.geometry.floor import box_distance, point_segment, segment_box
 from mjnav.geometry.way_field import WayField, WayGrid, way_lookup
 from mjnav.messages import Array, Contact, RobotLimits, Trajectory
 from mjnav.metrics.effort import STALLED_SPEED, stalled_time
+from mjnav.metrics.ending import TIMEOUTS
 from mjnav.metrics.progress import legs_behind, targets
 from mjnav.metrics.safety import Touch, beginnings, touches
 from mjnav.metrics.social import radii
@@ -376,7 +377,7 @@ def judged(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None) -
     rest = _rest(known)
     needed = max(known.way_left(len(trajectory.time) - 1) - scenario.robot.goal_tolerance, 0.0)
     in_time = rest.free >= needed / scenario.robot.preferred_speed
-    return Judgement(_collision(known), rest, in_time if outcome == "timeout" else None)
+    return Judgement(_collision(known), rest, in_time if outcome in TIMEOUTS else None)
 
 
 def _collision(known: Foreknown) -> Collision | None:

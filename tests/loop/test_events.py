@@ -29,13 +29,24 @@ def state(x: float = 0.0, time: float = 0.0, contacts: tuple[Contact, ...] = ())
     ],
 )
 def test_a_collision_counts_before_the_goal_and_the_goal_before_time(room, truth, outcome):
-    assert Referee(room()).outcome(truth, on_last_leg=True) == outcome
+    assert Referee(room()).outcome(truth, None, on_last_leg=True) == outcome
+
+
+@pytest.mark.parametrize(
+    ("believed_x", "std", "outcome"),
+    [(6.0, 0.2, "believed"), (6.0, 0.1, "timeout"), (5.4, 0.2, "timeout")],
+)
+def test_a_robot_out_of_time_that_waits_at_the_goal_by_its_belief_is_told_apart(room, believed_x, std, outcome):
+    truth, mean = state(5.3, time=1.0), np.array([believed_x, 0.0, 0.0])  # 0.4 m short of the goal's circle
+    belief = RobotBelief(1.0, mean[None], np.ones(1), mean, std**2 * np.eye(3), 1.0)
+    assert Referee(room()).outcome(truth, belief, on_last_leg=True) == outcome
+    assert Referee(room()).outcome(state(5.3, time=0.5), belief, on_last_leg=True) is None
 
 
 def test_a_routes_last_point_counts_on_the_last_leg_only(room):
     referee = Referee(room("robot.waypoints=[[3.0, 0.0], [0.0, 0.0]]"))
-    assert referee.outcome(state(0.0), on_last_leg=False) is None
-    assert referee.outcome(state(0.0), on_last_leg=True) == "goal"
+    assert referee.outcome(state(0.0), None, on_last_leg=False) is None
+    assert referee.outcome(state(0.0), None, on_last_leg=True) == "goal"
 
 
 def decided(status: Status = Status.OK, wish: tuple[float, float] | None = None) -> Decision:

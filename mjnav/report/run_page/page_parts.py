@@ -15,6 +15,7 @@ from mjnav.report.run_page.playback import Playback
 _OUTCOMES: Mapping[str | None, tuple[str, str]] = MappingProxyType(
     {
         "goal": ("good", "✓ goal reached"),
+        "believed": ("fair", "■ out of time, at the goal by its belief"),
         "collision": ("bad", "✕ collision"),
         "timeout": ("fair", "■ out of time"),
         "aborted": ("fair", "■ aborted"),

@@ -7,6 +7,9 @@ Two unbiased readings of one turn rate with variances s_o^2 and s_g^2 make the b
 whose error is the same sum of the two errors. A particle draws both errors from their channels' own laws, so that the
 sum keeps their shape. Where one of the two sensors fails, the twist says what is still known.
 
+A robot whose last STILL readings cannot be told from rest stands, and does not move in its belief (a zero-velocity
+update): the noise of wheels that stand would else carry it away, 5 cm in half a minute.
+
 The points lie around the robot as if all beams had been taken at the moment of the reading. A turning lidar takes its
 beams one after another while the robot moves: at 1 rad/s and five turns a second the last beam is 0.2 rad off the
 first. The twists of the last readings say where the robot was at each beam's own time.
@@ -16,7 +19,7 @@ The rays lie in the world, as the detector's kernels take them.
 
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, sin, sqrt
 from typing import NamedTuple
 
@@ -51,6 +54,7 @@ class Twist:
     knows_v: bool  # whether anything measured v in this interval, and omega
     knows_omega: bool
     rivals: tuple[float, float] | None = None  # omega by the wheels and by the gyro, where they contradict each other
+    stands: bool = False  # v and omega are 0
 
     @property
     def covariance(self) -> Array:
@@ -131,12 +135,16 @@ class TwistSensors(Constant):
             found = twist.omega + self.unknown[1] * sqrt(2.0 * blind[1] + 1.0) / self.gyro.std * gyro
         if not twist.knows_v:
             v *= self.unknown[0] * sqrt(2.0 * blind[0] + 1.0) / self.v.std
+        if twist.stands:
+            return np.zeros(num), np.zeros(num)
         return twist.v - v, found
 
 
 # ----------------------------------------------------------------------------------- scan as points
 
 
+STILL = 5  # readings by which a robot is taken to stand
+REST = 2.0  # standard deviations of their mean that are no motion
 KEPT = 12.0  # [s] of twists: more than the turn of the slowest lidar, 10 s
 
 
@@ -146,18 +154,30 @@ class MotionHistory:
     def __init__(self, sensors: TwistSensors):
         self._sensors = sensors
         self._twists: deque[Twist] = deque()
+        self._recent: deque[Twist] = deque(maxlen=STILL)  # as measured
         self._rows: Array | None = None
         self.latest: Twist | None = None
 
     def follow(self, reading: Reading) -> Twist:
         """The twist of one more reading, the latest; the first reading's interval is none and is left out."""
         self.latest = twist = self._sensors.fused(reading, self.latest)
+        self._recent.append(twist)
+        if self._stands():
+            twist = replace(twist, v=0.0, omega=0.0, stands=True)
         if twist.interval > 0.0:
             self._twists.append(twist)
             while self._twists[-1].time - self._twists[0].time > KEPT:
                 self._twists.popleft()
             self._rows = None
         return twist
+
+    def _stands(self) -> bool:
+        recent = self._recent
+        if len(recent) < STILL or not all(t.knows_v and t.knows_omega and t.rivals is None for t in recent):
+            return False
+        v, omega = sum(t.v for t in recent), sum(t.omega for t in recent)
+        std = recent[-1].std
+        return bool(abs(v) <= REST * sqrt(STILL) * std[0] and abs(omega) <= REST * sqrt(STILL) * std[1])
 
     @property
     def rows(self) -> Array:

@@ -80,6 +80,37 @@ def test_what_did_not_arrive_is_replaced_by_what_is_left(change, std):
     assert twist.omega == pytest.approx(0.3, abs=1e-9)
 
 
+def still_shares(v, omega, num=2000):
+    """Shares of `num` noisy readings of a robot that drives so, after which it is taken to stand."""
+    model, rng = sensors(), np.random.default_rng(3)
+    history, noise = MotionHistory(model), [
+        channel.sample(rng, num) for channel in (model.v, model.omega, model.gyro)
+    ]  # fmt: skip
+    stands = [
+        history.follow(replace(READING, time=0.1 * (k + 1), odometry=np.array([v + dv, omega + dw]), gyro=omega + dg))
+        .stands for k, (dv, dw, dg) in enumerate(zip(*noise, strict=True))
+    ]  # fmt: skip
+    return np.mean(stands)
+
+
+def test_a_robot_at_rest_is_mostly_taken_to_stand_and_one_that_moves_is_not():
+    assert still_shares(0.0, 0.0) > 0.85
+    assert still_shares(0.08, 0.0) < 0.01
+    assert still_shares(0.0, 0.1) < 0.01
+
+
+def test_particles_of_a_robot_that_stands_stay_where_they_are():
+    model, history = sensors(), MotionHistory(sensors())
+    rest = replace(READING, odometry=np.array([model.v.mean, model.omega.mean]), gyro=model.gyro.mean)
+    twists = [history.follow(replace(rest, time=0.1 * (k + 1))) for k in range(6)]
+    assert [twist.stands for twist in twists] == [False] * 4 + [True] * 2
+    v, omega = model.sample(twists[-1], 50, rngs(1))
+    assert not v.any()
+    assert not omega.any()
+    slipping = replace(rest, time=0.7, odometry=np.array([1.0, 0.0]))
+    assert not history.follow(slipping).stands
+
+
 def test_a_pose_of_the_past_is_the_arc_driven_back():
     times = np.linspace(0.0, 0.4, 23)
     history, truth = driven(times)
