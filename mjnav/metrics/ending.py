@@ -19,8 +19,8 @@ INFEASIBLE = ("infeasible_nominal", "infeasible")  # statuses
 def ending(outcome: str | None, success: bool) -> tuple[str | None, bool, bool]:
     """Of a run that ended with `outcome`, or goes on.
 
-    * outcome: goal, believed, collision, timeout or aborted. `believed` is a timeout of a robot that took itself to be at
-      the goal, where the goal lay within 3 standard deviations of its belief
+    * outcome: goal, believed, collision, timeout or aborted. `believed` is a timeout of a robot that took itself to be
+      at the goal, where the goal lay within 3 standard deviations of its belief
     * success: the goal was reached in time without contact
     * timeout: the time limit ended the run before the goal was reached
     """

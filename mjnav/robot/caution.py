@@ -10,11 +10,12 @@ Whatever method decides, its decision stands as long as the robot knows what the
 
 And where it goes by its lidar it drives no faster than lets it stop within what its latest scan saw as free on its arc:
 
-    v^2 / (2 a) + v L <= d
+    v^2 / (2 a) + max(v, u) L <= d
 
-with a the base's acceleration, L the time until a next decision can take effect, and d the way to what the method is
-not told of (`seen_space`); without a map, also to where no scan has seen the floor free (`local_map`). It brakes by its
-command; the base ramps towards that at its acceleration limit. It drives on as soon as it knows again.
+with a the base's acceleration, u the speed that was decided before, L the time until a next decision can take effect,
+and d the way to what the method is not told of (`seen_space`); without a map, also to a cell short of where no scan has
+seen the floor free (`local_map`). It brakes by its command; the base ramps towards that at its acceleration limit. It
+drives on as soon as it knows again.
 """
 
 from dataclasses import replace
@@ -22,6 +23,7 @@ from dataclasses import replace
 import numpy as np
 
 from mjnav.geometry.distances import widest_std
+from mjnav.geometry.evidence_grid import CELL
 from mjnav.messages import Beliefs, Decision, Event, Reading, RobotBelief, Status
 from mjnav.robot.estimation import assumed_noise
 from mjnav.robot.estimation.lidar.local_map import LocalMap
@@ -62,6 +64,7 @@ class Caution:
             self._space = SeenSpace(scenario, assumed_noise(scenario))
         self._conflicts, self._rest, self._rests_until = 0, 0.5 * FIRST_REST, -np.inf
         self._stopped: dict[str, float] = {}  # [s] of the latest stop for each kind of cause that the log tells
+        self._speed = 0.0  # [m/s] of the decision before
         self._events: list[Event] = []
 
     def follow(self, reading: Reading, beliefs: Beliefs) -> None:
@@ -90,6 +93,7 @@ class Caution:
             v = self._within_sight(self._space, v, omega, belief, effect - now + self._period)
             if v != decision.v:
                 cause, kind = "less seen ahead than it takes to stop", "seen"
+        self._speed = abs(v)
         if not cause:
             self._calm(now)
             return decision
@@ -130,11 +134,12 @@ class Caution:
         """The fastest of the parts of v [m/s] at which the robot can stop within what was seen as free on its arc."""
         for part in np.linspace(1.0, 0.0, SPEEDS, endpoint=False):
             slower = float(part) * v
-            needed = slower * slower / (2.0 * self._limits.max_acceleration) + abs(slower) * delay
-            free = space.free_way(belief.time, slower, omega, self._limits.radius)
-            if free >= needed and self._local is not None:
-                free = self._local.free_way(belief.mean, slower, omega, needed)
-            if needed <= free:
+            until = max(abs(slower), self._speed) * delay
+            needed = slower * slower / (2.0 * self._limits.max_acceleration) + until
+            if space.free_way(belief.time, slower, omega, self._limits.radius) < needed:
+                continue
+            most = needed + CELL
+            if self._local is None or self._local.free_way(belief.mean, slower, omega, most) >= most:
                 return slower
         return 0.0
 

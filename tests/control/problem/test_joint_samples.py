@@ -77,7 +77,7 @@ def test_the_violation_is_the_worst_over_time_and_obstacles_of_each_joint_sample
 def test_a_fast_robot_does_not_plan_through_a_pillar_between_two_steps(alone, limits):
     fast, pillar = replace(limits, max_speed=2.0), ObstacleSamples(np.array([[1.0, 0.35]]), np.zeros((1, 2)), 0.1)
     o = alone(num_samples=1, twist=(2.0, 0.0), obstacles=[pillar])
-    problem, samples = samples_of(o, fast, TIMES)
+    _, samples = samples_of(o, fast, TIMES)
     straight = np.zeros((2, STEPS, 1))
     straight[0] = 2.0
     rollouts = Rollouts.of(straight, 0.0, ControlLimits.of(o.twist, fast, 0.1, STEP), STEP)
