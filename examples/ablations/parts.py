@@ -91,7 +91,7 @@ class TimeIntegral(RkhsPlan):
 def _at(t: int, samples: JointSamples, rollouts: Rollouts) -> tuple[JointSamples, Rollouts]:
     """Step t alone."""
     (x, y), r = samples.moving, rollouts
-    moment = replace(samples, moving=(x[[t]], y[[t]]), times=samples.times[[t]])
+    moment = replace(samples, moving=(x[[t]], y[[t]]), times=samples.times[[t]], parts=1)
     return moment, Rollouts(r.controls[:, [t]], r.x[[t]], r.y[[t]], r.heading[[t]], r.step)
 
 

@@ -5,6 +5,7 @@ robot's at the start, a planner's to the mean one; step t ends (t + 1) `step` se
 """
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
@@ -40,6 +41,14 @@ def _drive(heading: Matrix, x: Matrix, y: Matrix, v: Matrix, omega: Matrix, step
             x[t + 1, k] = x[t, k] + length * np.cos(heading[t, k] + half)
             y[t + 1, k] = y[t, k] + length * np.sin(heading[t, k] + half)
             heading[t + 1, k] = heading[t, k] + 2.0 * half
+
+
+FARTHEST = 0.25  # [m] between positions that are looked at: else a fast robot plans through pillars between two steps
+
+
+def parts_of(limits: RobotLimits, step: float) -> int:
+    """Into how many parts steps of `step` [s] are cut, so that the robot goes FARTHEST in each at most."""
+    return max(ceil(step * max(limits.max_speed, -limits.min_speed) / FARTHEST - 1e-9), 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +88,16 @@ class Rollouts:
         headings[0] = heading
         _drive(headings, x, y, controls[0], controls[1], step)
         return cls(controls, x[1:], y[1:], headings[1:], step)
+
+    def between(self, parts: int) -> tuple[Array, Array]:
+        """x and y (parts T, K) at the ends of so many equal parts of each step, straight on from end to end."""
+        if parts == 1:
+            return self.x, self.y
+        part = np.arange(1, parts + 1)[:, None] / parts
+        x, y = (
+            np.pad(ends, ((1, 0), (0, 0)))[:-1, None] * (1.0 - part) + ends[:, None] * part for ends in (self.x, self.y)
+        )
+        return x.reshape(-1, self.x.shape[1]), y.reshape(-1, self.y.shape[1])
 
     def first(self, steps: int) -> "Rollouts":
         """The same without what comes after `steps`."""

@@ -16,10 +16,8 @@ from mjnav.constraints.walls import lane_distance
 from mjnav.control.kernels.violation import meet_discs, meet_lane, meet_walls
 from mjnav.control.problem.obstacles import Reach, positions_at
 from mjnav.control.problem.problem import Problem
-from mjnav.control.rollouts import Rollouts
+from mjnav.control.rollouts import Rollouts, parts_of
 from mjnav.messages import Array, ObstacleSamples
-
-FARTHEST = 0.2  # [m] between two positions of a rollout: a fast robot would pass through a pillar between two steps
 
 
 def robot_offsets(problem: Problem) -> Array:
@@ -59,6 +57,7 @@ class JointSamples:
     standing_radius: Array  # (W,) [m]
     lanes: tuple[tuple[Array, Array], ...]  # (2,) outward normal and (S,) samples of what the robot is beyond by [m]
     times: Array  # (T,) [s] of the ends of all steps
+    parts: int = 1  # of each step, at whose ends rollouts are compared with what stands
 
     @classmethod
     def of(cls, problem: Problem, reach: Reach, steps: int, step: float) -> "JointSamples":
@@ -80,6 +79,7 @@ class JointSamples:
             standing_radius=np.concatenate([[body.radius + radius for body in standing], np.full(len(walls), radius)]),
             lanes=lane_excesses(problem, offsets),
             times=times,
+            parts=parts_of(problem.limits, step),
         )
 
     def violation(self, rollouts: Rollouts, margin: Array, fading: Array, standing: float, lasting: Array) -> Array:
@@ -93,24 +93,11 @@ class JointSamples:
         m = margin[:, None] * ones
         meet_discs(h, r.x, r.y, *self.moving, self.moving_radius + m, 1.0 / m, fading[:, None] * ones)
         reach = self.standing_radius + standing
-        x, y, lasts = between(r, lasting)
-        meet_walls(h, x, y, *self.offsets, self.standing, reach, standing, lasts)
+        ways = r.between(self.parts)
+        meet_walls(h, *ways, *self.offsets, self.standing, reach, standing, np.repeat(lasting, self.parts))
         for normal, excess in self.lanes:
             meet_lane(h, r.x, r.y, normal, excess, standing, lasting)
         return h
-
-
-def between(rollouts: Rollouts, lasting: Array) -> tuple[Array, Array, Array]:
-    """Positions x, y (n T, K) of rollouts from 0, at most FARTHEST apart, and `lasting` (T,) at each of them."""
-    num = max(int(np.ceil(rollouts.step * np.abs(rollouts.controls[0]).max() / FARTHEST - 1e-9)), 1)
-    if num == 1:
-        return rollouts.x, rollouts.y, lasting
-    part, shape = np.arange(1, num + 1)[:, None] / num, (-1, rollouts.x.shape[1])
-    x, y = (
-        (np.pad(ends, ((1, 0), (0, 0)))[:-1, None] * (1.0 - part) + ends[:, None] * part).reshape(shape)
-        for ends in (rollouts.x, rollouts.y)
-    )
-    return np.ascontiguousarray(x), np.ascontiguousarray(y), np.repeat(lasting, num)
 
 
 def _moves(body: ObstacleSamples) -> bool:

@@ -37,7 +37,7 @@ def literal(problem, rollouts, s, k):
     o, radius, h = problem.observation, problem.limits.radius, 0.0
     heading, drift = o.robot_pose[s, 2], 0.1 * o.control_noise[s, 0]
     start = o.robot_pose[s, :2] + drift * np.array([np.cos(heading), np.sin(heading)])
-    parts = max(int(np.ceil(STEP * np.abs(rollouts.controls[0]).max() / 0.2)), 1)
+    parts = int(np.ceil(STEP * problem.limits.max_speed / 0.25))
     way = np.concatenate([np.zeros((1, 2)), np.stack([rollouts.x[:, k], rollouts.y[:, k]], axis=-1)])
     for t in range(STEPS):
         robot = start + way[t + 1]
