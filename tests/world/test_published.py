@@ -101,7 +101,7 @@ def test_the_time_limit_comes_first_where_it_did_in_the_original():
         with mjnav.Simulation(scenario, scan=False) as simulation:
             contact = (Contact("person", "person0", 0.0, scenario.time_limit),)
             last = dataclasses.replace(simulation.truth, time=scenario.time_limit, contacts=contact)
-        outcomes.append(Referee(scenario).outcome(last, on_last_leg=True))
+        outcomes.append(Referee(scenario).outcome(last, None, on_last_leg=True))
     assert outcomes == ["collision", "timeout"]
 
 

@@ -3,9 +3,9 @@
     P_jt(k) = share of pairs (i, m) with |p_t(k) + e_i - o_m((t + 1) dt)| < R_j,
 
 p_t(k) the mean robot's position at the end of step t of rollout k, e_i where sample i of the robot is beside the mean,
-and o_m(s) where sample m of obstacle j is predicted s seconds later: o_m + s o'_m without a prediction of its own. A
-fast robot's steps are cut into parts (`rollouts.parts_of`). All N M pairs count. Relative to the mean robot they form
-one cloud of points, the same for every rollout, and most rollouts are entirely outside or inside its reach.
+and o_m(s) where sample m of obstacle j is predicted s seconds later: o_m + s o'_m without a prediction of its own. All
+N M pairs count. Relative to the mean robot they form one cloud of points, the same for every rollout, and most rollouts
+are entirely outside or inside its reach.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from mjnav.compile.compiled import Indices, Matrix, Vector, kernel
 from mjnav.control.problem.joint_samples import lane_excesses, robot_offsets
 from mjnav.control.problem.obstacles import Discs, Reach, positions_at
 from mjnav.control.problem.problem import Problem
-from mjnav.control.rollouts import Rollouts, parts_of
+from mjnav.control.rollouts import Rollouts
 from mjnav.messages import Array, ObstacleSamples
 
 SLACK = 1e-9  # relative, by which a cloud's reach is rounded up
@@ -237,21 +237,19 @@ class Surroundings:
     offsets: Array  # (2, N) [m] of the robot's samples
     start: Indices  # (B + 1,) the samples of disc b are those from start[b] to start[b + 1]
     disc_radius: Array  # (B,) [m]
-    paths: tuple[Array, Array]  # x and y (parts T, S) [m] of the discs' samples
+    paths: tuple[Array, Array]  # x and y (T, S) [m] of the discs' samples at the end of every step
     walls: Array  # (W, 4) [m] ax, ay, bx, by
     columns: list[int]  # of the discs and walls, in Risk.cone
     num_columns: int
     radius: float  # [m] of the robot, with the safety margin
     lanes: tuple[tuple[Array, Array], ...]  # (2,) outward normal and (N,) samples of what the robot is beyond by [m]
-    parts: int  # of each step
 
     @classmethod
     def of(cls, problem: Problem, reach: Reach, steps: int, step: float) -> "Surroundings":
         """The discs and walls in reach, by the problem's samples, for `steps` steps of `step` [s]."""
         o, mean, offsets = problem.observation, problem.mean_pose[:2], robot_offsets(problem)
-        parts = parts_of(problem.limits, step)
         discs = problem.discs.take(reach.discs)
-        paths = _paths(o.obstacles, reach, discs, mean, step / parts * np.arange(1, steps * parts + 1))
+        paths = _paths(o.obstacles, reach, discs, mean, step * np.arange(1, steps + 1, dtype=float))
         num_discs = len(o.obstacles)
         return cls(
             offsets=offsets,
@@ -263,21 +261,19 @@ class Surroundings:
             num_columns=num_discs + len(o.walls),
             radius=problem.limits.radius + problem.parameters.safety_margin,
             lanes=lane_excesses(problem, offsets),
-            parts=parts,
         )
 
     def risk(self, rollouts: Rollouts) -> Risk:
         """The risk of rollouts here."""
-        (x, y), step = rollouts.between(self.parts), rollouts.step / self.parts
-        num_discs, num = len(self.disc_radius), x.shape[1]
+        r, num_discs, num = rollouts, len(self.disc_radius), rollouts.x.shape[1]
         time, lane, worst = np.zeros((len(self.columns), num)), np.zeros((2, num)), np.zeros(num)
         _meet_discs(
-            time[:num_discs], worst, x, y, *self.offsets, *self.paths, self.start,
-            self.disc_radius + self.radius, step,
+            time[:num_discs], worst, r.x, r.y, *self.offsets, *self.paths, self.start,
+            self.disc_radius + self.radius, r.step,
         )  # fmt: skip
-        _meet_walls(time[num_discs:], worst, x, y, *self.offsets, self.walls, self.radius, step)
+        _meet_walls(time[num_discs:], worst, r.x, r.y, *self.offsets, self.walls, self.radius, r.step)
         for side, (normal, excess) in enumerate(self.lanes):
-            _cross(lane[side], worst, x, y, normal, excess, step)
+            _cross(lane[side], worst, r.x, r.y, normal, excess, r.step)
         cone = np.zeros((num, self.num_columns))
         cone[:, self.columns] = time.T
         return Risk(cone, np.ascontiguousarray(lane.T), worst)

@@ -14,7 +14,6 @@ from mjnav.messages import RobotLimits
 LIMITS = RobotLimits(max_speed=1.1, min_speed=-0.2, max_turn_rate=1.4, max_acceleration=1.5, max_turn_acceleration=4.0)
 PERIOD = 0.15
 SMALL = {"rollouts": 12, "steps": 6, "step": 0.3, "knots": 3}
-PARTS = 2  # of each step: 0.33 m are driven in one, and more than 0.25 m are not left unseen
 CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 7}
 
 
@@ -44,11 +43,10 @@ class Literal:
         self.path = self.drive()
         steps = range(parameters.steps)
         self.goal = sum(self.goal_cost(t) for t in steps) / parameters.steps
-        parts, duration = range(PARTS * parameters.steps), parameters.step / PARTS
-        shares = [[self.share(column, i) for column in self.columns] for i in parts]
-        beyond = [[self.share_beyond(side, i) for side in (0, 1)] for i in parts]
-        self.cone = [duration * sum(column) for column in zip(*shares, strict=True)]
-        self.lane = [duration * sum(side) for side in zip(*beyond, strict=True)]
+        shares = [[self.share(column, t) for column in self.columns] for t in steps]
+        beyond = [[self.share_beyond(side, t) for side in (0, 1)] for t in steps]
+        self.cone = [parameters.step * sum(column) for column in zip(*shares, strict=True)]
+        self.lane = [parameters.step * sum(side) for side in zip(*beyond, strict=True)]
         self.worst = max(share for row in (*shares, *beyond) for share in row)
         charged = zip(self.lane, parameters.lane_weights, strict=True)
         self.total = self.goal + parameters.weight * sum(self.cone) + sum(w * x for x, w in charged)
@@ -93,34 +91,33 @@ class Literal:
         change = p.speed_change_weight * dv**2 + p.turn_change_weight * domega**2
         return ex**2 + ey**2 + p.heading_weight * (turn(heading - bearing) / pi) ** 2 + change
 
-    def robots(self, i):
-        """Where every sample of the robot is at the end of part i, straight on between the ends of steps."""
-        ends, t, share = [self.mean, *self.path], i // PARTS, (i % PARTS + 1) / PARTS
-        dx, dy = (ends[t][c] + share * (ends[t + 1][c] - ends[t][c]) - self.mean[c] for c in (0, 1))
+    def robots(self, t):
+        """Where every sample of the robot is at the end of step t."""
+        dx, dy = self.path[t][0] - self.mean[0], self.path[t][1] - self.mean[1]
         for (x, y, heading), (dv, _) in zip(self.o.robot_pose, self.o.control_noise, strict=True):
             yield x + dx + dv * PERIOD * cos(heading), y + dy + dv * PERIOD * sin(heading)
 
-    def share(self, column, i):
+    def share(self, column, t):
         kind, j = column
         margin = LIMITS.radius + self.p.safety_margin
         if kind == "wall":
-            hits = [segment(x, y, self.o.walls[j]) < margin for x, y in self.robots(i)]
+            hits = [segment(x, y, self.o.walls[j]) < margin for x, y in self.robots(t)]
         else:
-            disc, ahead = self.o.obstacles[j], (i + 1) * self.p.step / PARTS
+            disc, ahead = self.o.obstacles[j], (t + 1) * self.p.step
             hits = [
                 hypot(x - px - ahead * vx, y - py - ahead * vy) < margin + disc.radius
-                for x, y in self.robots(i)
+                for x, y in self.robots(t)
                 for (px, py), (vx, vy) in zip(disc.position, disc.velocity, strict=True)
             ]
         return sum(hits) / len(hits)
 
-    def share_beyond(self, side, i):
+    def share_beyond(self, side, t):
         lanes = self.o.lanes
         if lanes is None:
             return 0.0
         a, b, c = (lanes.left, lanes.right)[side]
         noise = (lanes.left_offset, lanes.right_offset)[side]
-        d = [(a * x + b * y + c) / hypot(a, b) + n for (x, y), n in zip(self.robots(i), noise, strict=True)]
+        d = [(a * x + b * y + c) / hypot(a, b) + n for (x, y), n in zip(self.robots(t), noise, strict=True)]
         return sum(x + LIMITS.radius > 0.0 if side == 0 else x - LIMITS.radius < 0.0 for x in d) / len(d)
 
 
