@@ -64,7 +64,6 @@ class Caution:
             self._space = SeenSpace(scenario, assumed_noise(scenario))
         self._conflicts, self._rest, self._rests_until = 0, 0.5 * FIRST_REST, -np.inf
         self._stopped: dict[str, float] = {}  # [s] of the latest stop for each kind of cause that the log tells
-        self._speed = 0.0  # [m/s] of the decision before
         self._events: list[Event] = []
 
     def follow(self, reading: Reading, beliefs: Beliefs) -> None:
@@ -83,17 +82,19 @@ class Caution:
         if self._space is not None:
             self._space.floor = local.floor
 
-    def limited(self, decision: Decision, belief: RobotBelief, effect: float) -> Decision:
-        """The decision, or a slower one with its cause; `effect` is when it takes effect [s]."""
+    def limited(self, decision: Decision, belief: RobotBelief, effect: float, before: float = 0.0) -> Decision:
+        """The decision, or a slower one with its cause; `effect` is when it takes effect [s].
+
+        `before` [m/s] is the speed that was decided before.
+        """
         now = belief.time
         cause = self._ignorance(belief, now)
         v, omega = (0.0, 0.0) if cause else (decision.v, decision.omega)
         kind = cause.partition(" ")[0]
         if not cause and self._space is not None and v != 0.0:
-            v = self._within_sight(self._space, v, omega, belief, effect - now + self._period)
+            v = self._within_sight(self._space, v, omega, belief, effect - now + self._period, before)
             if v != decision.v:
                 cause, kind = "less seen ahead than it takes to stop", "seen"
-        self._speed = abs(v)
         if not cause:
             self._calm(now)
             return decision
@@ -130,11 +131,13 @@ class Caution:
             return f"position known to {position:.1f} m only"
         return "" if heading <= MAX_HEADING_STD else f"heading known to {heading:.1f} rad only"
 
-    def _within_sight(self, space: SeenSpace, v: float, omega: float, belief: RobotBelief, delay: float) -> float:
+    def _within_sight(
+        self, space: SeenSpace, v: float, omega: float, belief: RobotBelief, delay: float, before: float
+    ) -> float:
         """The fastest of the parts of v [m/s] at which the robot can stop within what was seen as free on its arc."""
         for part in np.linspace(1.0, 0.0, SPEEDS, endpoint=False):
             slower = float(part) * v
-            until = max(abs(slower), self._speed) * delay
+            until = max(abs(slower), abs(before)) * delay
             needed = slower * slower / (2.0 * self._limits.max_acceleration) + until
             if space.free_way(belief.time, slower, omega, self._limits.radius) < needed:
                 continue

@@ -215,7 +215,7 @@ class Navigator:
             decision = self._wayfinder.recovered(decision, pose)
         if self._caution is None or self._believed is None:
             return decision
-        return self._caution.limited(decision, self._believed, self._effect)
+        return self._caution.limited(decision, self._believed, self._effect, float(self._decided[0]))
 
     def limited(self, decision: Decision) -> Decision:
         """A decision within the robot's limits; what was chosen beyond them is its `wish`.

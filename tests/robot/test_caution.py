@@ -92,11 +92,10 @@ def test_until_a_slower_decision_takes_effect_the_robot_drives_on_as_fast_as_bef
     pillar = {"pillars": [{"position": [1.0, 0.0], "radius": 0.2}], "estimation.map.missing": ["pillar0"]}
     scenario = load("crossing1", {**STILL, **pillar})
     slow, late = replace(DRIVE, v=0.2, omega=0.0), 0.6  # 0.7 s until the next: 0.14 m at 0.2 m/s, 0.61 at 0.875 m/s
-    resting, belief = told(scenario, np.zeros(3))
-    assert resting.limited(slow, belief, late).v == 0.2
-    driving, belief = told(scenario, np.zeros(3))
-    assert driving.limited(replace(DRIVE, v=1.0, omega=0.0), belief, 0.1).v == pytest.approx(0.875)
-    assert driving.limited(slow, belief, late).v == 0.0
+    caution, belief = told(scenario, np.zeros(3))
+    assert caution.limited(slow, belief, late).v == 0.2
+    assert caution.limited(slow, belief, late, 0.875).v == 0.0
+    assert caution.limited(slow, belief, late, -0.875).v == 0.0
 
 
 @pytest.mark.parametrize(("place", "stays"), [((0.0, 0.0, 0.0), False), ((2.0, 1.0, 1.0), True)])

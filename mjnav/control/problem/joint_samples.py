@@ -57,7 +57,7 @@ class JointSamples:
     standing_radius: Array  # (W,) [m]
     lanes: tuple[tuple[Array, Array], ...]  # (2,) outward normal and (S,) samples of what the robot is beyond by [m]
     times: Array  # (T,) [s] of the ends of all steps
-    parts: int = 1  # of each step, at whose ends rollouts are compared with what stands
+    parts: int  # of each step, at whose ends rollouts are compared with what stands
 
     @classmethod
     def of(cls, problem: Problem, reach: Reach, steps: int, step: float) -> "JointSamples":

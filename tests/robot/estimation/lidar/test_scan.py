@@ -83,14 +83,12 @@ def test_what_did_not_arrive_is_replaced_by_what_is_left(change, std):
 def still_shares(v, omega, num=2000):
     """Shares of `num` noisy readings of a robot that drives so, after which it is taken to stand."""
     model, rng = sensors(), np.random.default_rng(3)
-    history, noise = MotionHistory(model), [
-        channel.sample(rng, num) for channel in (model.v, model.omega, model.gyro)
-    ]  # fmt: skip
-    stands = [
-        history.follow(replace(READING, time=0.1 * (k + 1), odometry=np.array([v + dv, omega + dw]), gyro=omega + dg))
-        .stands for k, (dv, dw, dg) in enumerate(zip(*noise, strict=True))
-    ]  # fmt: skip
-    return np.mean(stands)
+    history, noise = MotionHistory(model), [channel.sample(rng, num) for channel in (model.v, model.omega, model.gyro)]
+    stands = 0
+    for k, (dv, dw, dg) in enumerate(zip(*noise, strict=True)):
+        odometry = np.array([v + dv, omega + dw])
+        stands += history.follow(replace(READING, time=0.1 * (k + 1), odometry=odometry, gyro=omega + dg)).stands
+    return stands / num
 
 
 def test_a_robot_at_rest_is_mostly_taken_to_stand_and_one_that_moves_is_not():
