@@ -4,6 +4,7 @@ So neither a controller nor a watcher can change the run through what it is show
 that owns its memory can always be made writable again; an array on immutable bytes cannot.
 """
 
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from typing import Any, TypeVar
@@ -64,22 +65,32 @@ def checked_copy(what: str, values: Any, shape: tuple[int, ...]) -> Array:
 
 def sealed_message(message: Any) -> Any:
     """A message of `mjnav.messages`, or a part of one, with every array in it sealed."""
-    if isinstance(message, np.ndarray):
-        return sealed(message)
-    if isinstance(message, tuple):
-        return tuple([sealed_message(part) for part in message])
-    names = _field_names(type(message))
-    return type(message)(*[sealed_message(getattr(message, name)) for name in names]) if names else message
+    return _with_arrays(message, sealed)
 
 
 def twin(message: Any) -> Any:
     """A sealed message in objects of its own on the same memory, so that their fields and shapes are its own, too."""
-    if isinstance(message, np.ndarray):
-        return message.view()
-    if isinstance(message, tuple):
-        return tuple([twin(part) for part in message])
-    names = _field_names(type(message))
-    return type(message)(*[twin(getattr(message, name)) for name in names]) if names else message
+    return _with_arrays(message, _view)
+
+
+def _view(array: NDArray[A]) -> NDArray[A]:
+    return array.view()
+
+
+ATOMS = frozenset((float, int, bool, str, type(None)))
+
+
+def _with_arrays(part: Any, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Any:
+    """The part of a message anew, every array in it changed."""
+    kind = type(part)
+    if kind in ATOMS:
+        return part
+    if isinstance(part, np.ndarray):
+        return change(part)
+    if isinstance(part, tuple):
+        return tuple([_with_arrays(one, change) for one in part])
+    names = _field_names(kind)
+    return kind(*[_with_arrays(getattr(part, name), change) for name in names]) if names else part
 
 
 @lru_cache

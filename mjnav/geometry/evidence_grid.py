@@ -130,13 +130,15 @@ def distances_to(points: Matrix, field: FieldGrid, reach: float):
     """Fills `field.clearance` with the distance to the nearest of `points` (k, 2) [m], at most `reach`."""
     rows, columns = field.clearance.shape
     field.clearance[:] = reach
+    far = reach / field.cell
     for p in range(len(points)):
         u, v = (points[p, 0] - field.x) / field.cell, (points[p, 1] - field.y) / field.cell
-        far = reach / field.cell
+        begin, end = max(int(np.ceil(u - far)), 0), min(int(u + far), columns - 1) + 1
         for j in range(max(int(np.ceil(v - far)), 0), min(int(v + far), rows - 1) + 1):
-            for i in range(max(int(np.ceil(u - far)), 0), min(int(u + far), columns - 1) + 1):
-                distance = field.cell * np.sqrt((i - u) * (i - u) + (j - v) * (j - v))
-                field.clearance[j, i] = min(field.clearance[j, i], distance)
+            row = field.clearance[j, begin:end]  # from 0 on, for indices that may be negative do not vectorise
+            for i in range(row.size):
+                across = begin + i - u
+                row[i] = min(row[i], field.cell * np.sqrt(across * across + (j - v) * (j - v)))
 
 
 def field_of(points: Array, low: Array, size: float, cell: float, reach: float) -> FieldGrid:

@@ -27,8 +27,12 @@ from mjnav.noise import Distribution
 from mjnav.robot.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
 from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import floor_of_lidar
+from mjnav.sealed import sealed
 
 # --------------------------------------------------------------------------------------- static map
+
+
+AT_REST = sealed(np.zeros((1, 2)))
 
 
 class FloorMap(Constant):
@@ -37,17 +41,13 @@ class FloorMap(Constant):
     def __init__(self, scenario: Scenario, seen: Array | None = None):
         """Of the scenario's map; where `seen` (k, 3) is given, of these discs besides."""
         known = scenario.known_bodies
-        tables = zip(known.tables, known.table_names, strict=True)
-        legs = [(leg, table.leg_radius, name) for table, name in tables for leg in table.legs]
-        pillars = [
-            (np.array(p.position), p.radius, name) for p, name in zip(known.pillars, known.pillar_names, strict=True)
-        ]
-        found = [] if seen is None else seen.tolist()
-        discs = [*legs, *pillars, *((np.array([x, y]), radius, f"seen{i}") for i, (x, y, radius) in enumerate(found))]
-        positions = np.array([at for at, *_ in discs]).reshape(-1, 1, 2)
-        radii = [radius for _, radius, _ in discs]
-        self._discs = tuple(map(ObstacleSamples, positions, repeat(np.zeros((1, 2))), radii))  # legs, pillars
-        self._disc_names = tuple(name for *_, name in discs)
+        legs = [(leg, table.leg_radius, name) for table, name in zip(known.tables, known.table_names, strict=True)
+                for leg in table.legs]  # fmt: skip
+        pillars = [(p.position, p.radius, name) for p, name in zip(known.pillars, known.pillar_names, strict=True)]
+        named = np.array([(*at, radius) for at, radius, _ in (*legs, *pillars)], float).reshape(-1, 3)
+        self._disc_names = tuple(name for *_, name in (*legs, *pillars))
+        discs = named if seen is None else np.concatenate([named, seen])
+        self._positions = sealed(discs[:, None, :2])
         self._wall_names = known.wall_names
 
         start = np.array([wall.start for wall in known.walls], float).reshape(-1, 2)
@@ -62,12 +62,12 @@ class FloorMap(Constant):
         self._faces = np.stack([ends - self._across[:, None], ends + self._across[:, None]], axis=1)  # (W, 2, 2, 2)
         self._index = np.arange(len(ends))
         left, right = (None, None) if scenario.lanes is None else (scenario.lanes.left, scenario.lanes.right)
-        rows = np.column_stack([positions[:, 0], radii])
-        self.known = KnownMap(np.stack([start, end], axis=1), 2.0 * half[:, 0], rows, left, right)
+        self.known = KnownMap(*map(sealed, (np.stack([start, end], axis=1), 2.0 * half[:, 0], discs)), left, right)
 
     def discs(self, position: Array) -> tuple[ObstacleSamples, ...]:
         """The legs and pillars that controllers see from `position` (2,)."""
-        return tuple(self._discs[i] for i in self._near_discs(position))
+        near = self._near_discs(position)
+        return tuple(map(ObstacleSamples, self._positions[near], repeat(AT_REST), self.known.discs[near, 2].tolist()))
 
     def walls(self, position: Array) -> Array:
         """The faces towards `position` (2,) of the walls that controllers see from there: start and end, (W, 2, 2)."""
@@ -75,7 +75,10 @@ class FloorMap(Constant):
 
     def disc_names(self, position: Array) -> tuple[str, ...]:
         """Of the legs and pillars that controllers see from `position` (2,)."""
-        return tuple(self._disc_names[i] for i in self._near_discs(position))
+        named = len(self._disc_names)
+        return tuple(
+            self._disc_names[i] if i < named else f"seen{i - named}" for i in self._near_discs(position).tolist()
+        )
 
     def wall_names(self, position: Array) -> tuple[str, ...]:
         """Of the walls that controllers see from `position` (2,)."""

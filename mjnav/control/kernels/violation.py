@@ -88,7 +88,7 @@ def meet_walls(
     """
     _, _, spread = _centre_and_spread(ex, ey)
     spread += np.sqrt(ex.mean() ** 2 + ey.mean() ** 2)
-    fall = 1.0 / margin
+    fall, apart = 1.0 / margin, np.empty(x.shape[1])
     bounds = _bounds(x, y)
     for w in range(wall.shape[0]):
         ax, ay = wall[w, 0], wall[w, 1]
@@ -99,11 +99,15 @@ def meet_walls(
         for t in range(x.shape[0]):
             if _apart_squared(bounds[t], low_x, high_x, low_y, high_y) >= outside:
                 continue
-            for k in range(x.shape[1]):
-                px, py = x[t, k] - ax, y[t, k] - ay
+            xt, yt = x[t], y[t]
+            for k in range(xt.size):  # all rollouts at once, as few are near
+                px, py = xt[k] - ax, yt[k] - ay
                 along = min(max((px * dx + py * dy) * per_length, 0.0), 1.0)
-                if (px - along * dx) ** 2 + (py - along * dy) ** 2 >= outside:
+                apart[k] = (px - along * dx) ** 2 + (py - along * dy) ** 2
+            for k in range(xt.size):
+                if apart[k] >= outside:
                     continue
+                px, py = xt[k] - ax, yt[k] - ay
                 for s in range(ex.size):
                     qx, qy = px + ex[s], py + ey[s]
                     u = min(max((qx * dx + qy * dy) * per_length, 0.0), 1.0)

@@ -1,6 +1,7 @@
 """Trackers of people whose detections have identity, by a filter a person: of particles, or a Kalman filter."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -114,4 +115,9 @@ def _axis(channel: str, noise: Distribution) -> GaussianSum:
     """The noise of one channel, in one dimension; the draws are brought to its own mean and std."""
     draws = noise.sample(stream(0, "estimation.fit", channel), DRAWS)
     draws = noise.mean + (draws - draws.mean()) * noise.std / max(draws.std(), 1e-12)
-    return fitted(draws, COMPONENTS, LEAST_STD[channel])
+    return _fitted(draws.tobytes(), LEAST_STD[channel])
+
+
+@lru_cache(maxsize=32)  # episodes of a sweep have the same noise
+def _fitted(draws: bytes, least_std: float) -> GaussianSum:
+    return fitted(np.frombuffer(draws), COMPONENTS, least_std)
