@@ -2,7 +2,7 @@
 
 import argparse
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from datetime import date
@@ -28,6 +28,11 @@ from mjnav.study.study_file import StudyFile
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from mjnav.study.compare.study_comparison import StudyComparison
+
+
+OUTPUTS = (".csv", ".tex", ".html", ".htm", ".svg", ".pdf", ".png")  # the last three are forest plots
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
@@ -52,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ratios", action="store_true", help="below costs, ratios to the reference's in place of differences"
     )
-    parser.add_argument("-o", "--output", action="append", metavar="FILE", help="also to a .csv, .tex or .html file")
+    parser.add_argument("-o", "--output", action="append", metavar="FILE", help=f"also to a file: {' '.join(OUTPUTS)}")
     parser.add_argument(
         "--rank",
         action="store_true",
@@ -87,16 +92,12 @@ def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], reason: str
 
 
 def _methods(arguments: argparse.Namespace) -> int:
-    from mjnav.loop.provenance import revision
     from mjnav.report.comparison import text
-    from mjnav.report.comparison.documents import csv_text, document
-    from mjnav.report.comparison.html import html
-    from mjnav.report.comparison.latex import latex
+    from mjnav.report.comparison.documents import document
     from mjnav.study.compare.study_comparison import compare_study
     from mjnav.study.compare.worst_seeds import run_commands, worst_seeds
 
-    forms = (".csv", ".tex", ".html", ".htm")
-    outputs = [output_path("--output", given, *forms) for given in arguments.output or ()]
+    outputs = [output_path("--output", given, *OUTPUTS) for given in arguments.output or ()]
     store, study = _results(arguments.study)
     required = require.parsed(arguments)
     with _figure_option():
@@ -112,30 +113,40 @@ def _methods(arguments: argparse.Namespace) -> int:
             ratios=arguments.ratios,
         )
 
-    def content(path: Path) -> str:
-        match path.suffix.lower():
-            case ".csv":
-                return csv_text(results)
-            case ".tex":
-                return latex(results)
-            case _:
-                made = f"Page made on {date.today().isoformat()} by mjnav {revision()}."
-                return html(results, study, page=path, made=made)
-
     def draw(console: "Console") -> None:
         commands = run_commands(study, store.study()) if study is not None else {}
         text.write(results, console)
         text.write_worst(results, worst_seeds(store, results.study), commands, console)
 
     answers = requirements.of_cells(required, requirements.of_study(results))
-    for path in outputs:
-        with replacement(path) as partial:
-            partial.write_text(content(path), encoding="utf-8")
+    write_outputs(outputs, results, study)
     code = _print(arguments, lambda: document(results), draw, answers)
     if not arguments.json:
         for path in outputs:
             print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
     return code
+
+
+def write_outputs(outputs: Sequence[Path], results: "StudyComparison", study: StudyFile | None) -> None:
+    """Each file in the form that its name ends in."""
+    from mjnav.loop.provenance import revision
+    from mjnav.report.comparison.documents import csv_text
+    from mjnav.report.comparison.forest import forest
+    from mjnav.report.comparison.html import html
+    from mjnav.report.comparison.latex import latex
+
+    for path in outputs:
+        with replacement(path) as partial:
+            match path.suffix.lower():
+                case ".svg" | ".pdf" | ".png":
+                    forest(results).savefig(partial)
+                case ".csv":
+                    partial.write_text(csv_text(results), encoding="utf-8")
+                case ".tex":
+                    partial.write_text(latex(results), encoding="utf-8")
+                case _:
+                    made = f"Page made on {date.today().isoformat()} by mjnav {revision()}."
+                    partial.write_text(html(results, study, page=path, made=made), encoding="utf-8")
 
 
 def _before_after(arguments: argparse.Namespace) -> int:

@@ -2,8 +2,10 @@
 
 import argparse
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import scene_options, sweep_options
@@ -13,6 +15,12 @@ from mjnav.errors import InputError, MjnavError, unknown_name
 from mjnav.loop.prepare import OUT_FOLDER
 from mjnav.study.keep import KINDS
 from mjnav.study.study_file import load_study, study_text
+
+if TYPE_CHECKING:
+    from mjnav.study.store.store import Store
+    from mjnav.study.sweep.schedulers import Scheduler
+    from mjnav.study.sweep.sweep import SweepSummary
+    from mjnav.study.trial import Trial
 
 MAX_CAUSES = 5  # of failures that are printed
 
@@ -50,7 +58,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     from mjnav.study.cells import resolve
     from mjnav.study.store.store import Store
-    from mjnav.study.sweep.sweep import check, sweep, trials
+    from mjnav.study.sweep.sweep import check, trials
 
     store = Store(folder)
     cells = resolve(study, arguments.overrides, arguments.scene)
@@ -68,33 +76,10 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.json:
             print(json.dumps({"schema": 1, "study": study.name, "episodes": len(wanted), "cells": len(cells)}))
         return 0
-    with interruptible() as interrupted, progress(study.name, len(wanted), "episodes") as show:
-        kept_before: int | None = None
-
-        def begin(kept: int) -> None:
-            nonlocal kept_before
-            kept_before = kept
-            if kept:
-                say(f"{kept} of them are done")
-
-        try:
-            report = sweep(
-                wanted,
-                store,
-                scheduler,
-                text=f"# {arguments.command_line}\n{study_text(study)}",
-                resume=arguments.resume,
-                retry_failed=arguments.retry_failed,
-                accept_changed=arguments.accept_changed,
-                keep_logs=arguments.keep_logs,
-                stop=interrupted,
-                begin=begin,
-                progress=lambda done, row: show((kept_before or 0) + done),
-            )
-        except MjnavError as error:
-            if isinstance(error, InputError) or kept_before is None:
-                raise
-            raise MjnavError(f"{error}\nfinished episodes are kept: --resume continues") from None
+    report = run(
+        arguments, scheduler, study.name, wanted, store, f"# {arguments.command_line}\n{study_text(study)}",
+        resume=arguments.resume, retry_failed=arguments.retry_failed, keep_logs=arguments.keep_logs,
+    )  # fmt: skip
     causes = store.causes()
     if arguments.json:
         document = {"study": study.name, "folder": str(folder), **asdict(report), "causes": dict(causes)}
@@ -112,3 +97,33 @@ def execute(arguments: argparse.Namespace) -> int:
         tell(f"interrupted: {report.episodes - report.kept - report.run} episodes are missing, --resume runs them")
         return INTERRUPTED
     return 1 if report.failed else 0
+
+
+def run(
+    arguments: argparse.Namespace, scheduler: "Scheduler", name: str, wanted: "Sequence[Trial]", store: "Store",
+    text: str, **options: Any,
+) -> "SweepSummary":  # fmt: skip
+    """Runs what the store lacks of the trials; `text` is written beside the rows.
+
+    `options` are those of `sweep`.
+    """
+    from mjnav.study.sweep.sweep import sweep
+
+    with interruptible() as interrupted, progress(name, len(wanted), "episodes") as show:
+        kept_before: int | None = None
+
+        def begin(kept: int) -> None:
+            nonlocal kept_before
+            kept_before = kept
+            if kept and not arguments.json:
+                print(f"{kept} of them are done", flush=True)
+
+        try:
+            return sweep(
+                wanted, store, scheduler, text=text, accept_changed=arguments.accept_changed, stop=interrupted,
+                begin=begin, progress=lambda done, row: show((kept_before or 0) + done), **options,
+            )  # fmt: skip
+        except MjnavError as error:
+            if isinstance(error, InputError) or kept_before is None:
+                raise
+            raise MjnavError(f"{error}\nfinished episodes are kept: --resume continues") from None

@@ -1,0 +1,135 @@
+"""`mjnav bench [METHOD ...]`: methods beside the reference rows of all shipped ones, in suites that nobody tunes on."""
+
+import argparse
+import json
+from typing import TYPE_CHECKING
+
+from mjnav.cli.compare import OUTPUTS, write_outputs
+from mjnav.cli.main import INTERRUPTED
+from mjnav.cli.options import sweep_options
+from mjnav.cli.sweep import run
+from mjnav.cli.terminal.progress import tell
+from mjnav.cli.terminal.tables import print_drawn, print_table
+from mjnav.errors import InputError, InvalidValue
+from mjnav.loop.prepare import OUT_FOLDER
+from mjnav.output_files import output_path
+from mjnav.scene.overrides import overrides_of
+from mjnav.study.compare.study_comparison import StudyComparison
+from mjnav.study.study_file import MethodEntry
+
+if TYPE_CHECKING:
+    from mjnav.study.bench import Bench
+
+QUICK = 0.1  # of the layouts
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    parser.add_argument(
+        "methods",
+        metavar="METHOD",
+        nargs="*",
+        help="a shipped name, file.py:Class or module:Class; none: the reference",
+    )
+    parser.add_argument("--suite", action="append", default=[], metavar="NAME", help="one of the suites; repeatable")
+    parser.add_argument("--quick", action="store_true", help="a tenth of the layouts")
+    parser.add_argument("--share", type=float, metavar="X", help="another share of the layouts, above 0 and up to 1")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        dest="overrides",
+        metavar="KEY=VALUE",
+        help="a parameter of the methods, as weight=3; repeatable",
+    )
+    parser.add_argument(
+        "--reference", action="store_true", help="run all shipped methods, and make the reference rows anew"
+    )
+    sweep_options.configure(parser)
+    parser.add_argument("--folder", metavar="FOLDER", help="where rows go; runs/out/bench by default")
+    parser.add_argument("-o", "--output", action="append", metavar="FILE", help=f"also to a file: {' '.join(OUTPUTS)}")
+    parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Runs what is missing, prints the table over all suites, and writes the files."""
+    from mjnav.report.comparison.documents import document
+    from mjnav.study.bench import BENCH, Bench, Reference, comparison, share_of, weakest
+    from mjnav.study.store.store import Store
+
+    outputs = [output_path("--output", given, *OUTPUTS) for given in arguments.output or ()]
+    share = (
+        QUICK if arguments.quick and arguments.share is None else 1.0 if arguments.share is None else arguments.share
+    )
+    if not 0.0 < share <= 1.0:
+        raise InvalidValue("--share", arguments.share, "a number above 0, up to 1")
+    if arguments.reference and (arguments.methods or arguments.suite or arguments.overrides):
+        raise InputError("--reference runs all shipped methods in all suites, as runs/bench.toml has them")
+    scheduler = sweep_options.chosen_scheduler(arguments)
+    bench, reference = Bench.load().only(arguments.suite), Reference.load()
+    store = Store(arguments.folder or OUT_FOLDER / BENCH)
+    methods = list(bench.methods) if arguments.reference else _entries(bench, arguments)
+    code = 0
+    if methods:
+        shared = [suite for suite in bench.suites if arguments.reference or not reference.differs(suite)]
+        seeds = {
+            suite.name: list(suite.study(methods).all_seeds)
+            if arguments.reference or suite not in shared
+            else reference.seeds(suite.study(methods).name)
+            for suite in bench.suites
+        }
+        wanted = bench.trials(methods, {name: share_of(found, share) for name, found in seeds.items()})
+        report = run(arguments, scheduler, BENCH, wanted, store, f"# {arguments.command_line}\n", resume=True)
+        code = INTERRUPTED if report.interrupted else 1 if report.failed else 0
+        if code == INTERRUPTED and arguments.reference:
+            return code
+    if arguments.reference:
+        reference, methods = Reference.of(store, bench), []
+        tell(f"{reference.write()}: {len(reference.table)} rows")
+    for suite in bench.suites:
+        if reason := reference.differs(suite):
+            tell(f"suite {suite.name}: {reason}")
+    results = comparison(bench, reference, store, methods)
+    if not results.tables:
+        raise InputError("there are no rows: name a method, or make the reference with --reference")
+    write_outputs(outputs, results, None)
+    if arguments.json:
+        print(json.dumps(document(results)))
+    else:
+        _print(results)
+        for method in methods:
+            for suite, episode, command in weakest(bench, store, method):
+                print(f"{method.shown} in {suite}, worst: {episode}\n    {command}")
+        for path in outputs:
+            print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+    return code
+
+
+def _entries(bench: "Bench", arguments: argparse.Namespace) -> list[MethodEntry]:
+    """The methods of the command line. Raises InvalidValue for a value that is no parameter of a controller."""
+    values = {}
+    for given in overrides_of(arguments.overrides):
+        key = given.key.removeprefix("control.")
+        if "." in key:
+            raise InvalidValue("--set", given.key, "a parameter of the method: the suites say all else")
+        values[key] = given.value
+    return [bench.entry(name, values) for name in dict.fromkeys(arguments.methods)]
+
+
+def _print(results: StudyComparison) -> None:
+    """The first table whole, of the others the rates of success, then what figures mean."""
+    from mjnav.report.comparison import text
+    from mjnav.report.comparison.shown import about, meaning, shown_tables, warnings
+
+    first, *suites = results.tables
+    print(f"{first.title}; {about(first)[0]}; all differ from {first.reference_label}")
+    print_drawn(lambda console: text.write_table(next(shown_tables(first, ratios=True)), console))
+    if suites:
+        rates = [{row.label: f"{100.0 * row.figures['success'].value:.0f}" for row in one.rows} for one in suites]
+        heads = ["success %", *(f"{one.scene} ({one.rows[0].num})" for one in suites)]
+        rows = [[row.label, *(of.get(row.label, "-") for of in rates)] for row in first.rows]
+        print()
+        print_table(rows, heads, numbers=range(1, len(heads)))
+    print()
+    for sentence in (*meaning(results), *warnings(results)):
+        print(sentence)

@@ -1,0 +1,134 @@
+"""The bench: its suites and reference rows, what is paired with what, and what a changed suite does."""
+
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+
+from mjnav.errors import InvalidValue, MjnavError
+from mjnav.study import bench as module
+from mjnav.study.bench import Bench, Reference, comparison, share_of, weakest
+from mjnav.study.store.store import Store
+from tests.study.made_up import row
+
+pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return Bench.load()
+
+
+@pytest.fixture
+def small(bench):
+    """One suite of one scene."""
+    return bench.only(["dsrnn"])
+
+
+@pytest.fixture
+def reference(bench, small, tmp_path):
+    """Rows of two methods, seeds 0 to 29; orca touches somebody under the first six."""
+    store = Store(tmp_path / "reference")
+    rows = [
+        row(method, seed, 1.0 + 0.01 * seed + i, hit=method == "orca" and seed < 6, scene="dsrnn", study="bench dsrnn")
+        for i, method in enumerate(("rkhs-plan", "orca"))
+        for seed in range(30)
+    ]
+    with store.writing(""):
+        store.append(rows)
+    return Reference.of(store, replace(small, methods=tuple(m for m in bench.methods if m.identifier in ("orca",))))
+
+
+def own(tmp_path, seeds, scene="dsrnn", hit=()):
+    store = Store(tmp_path / "own")
+    with store.writing(""):
+        store.append(
+            [row("mine.py:Own", s, 0.5 + 0.01 * s, hit=s in hit, scene=scene, study="bench dsrnn") for s in seeds]
+        )
+    return store
+
+
+def test_shipped_rows_are_of_the_suites_as_they_are(bench):
+    """Whoever changes a suite raises its version, and makes the reference anew."""
+    shipped = Reference.load()
+    assert {suite.name: shipped.differs(suite) for suite in bench.suites} == {s.name: None for s in bench.suites}
+    assert len(shipped.content()) < 3_000_000
+    for suite in bench.suites:
+        rows = shipped.rows(suite.study(bench.methods).name)
+        seeds = set(shipped.seeds(suite.study(bench.methods).name))
+        per_method = Counter(
+            method for method, seed in zip(rows["method"].to_pylist(), rows["seed"].to_pylist(), strict=True)
+            if seed in seeds
+        )  # fmt: skip
+        assert seeds <= set(suite.study(bench.methods).all_seeds)
+        assert set(per_method) == {method.identifier for method in bench.methods}
+        assert len(set(per_method.values())) == 1, "every method has every episode"
+
+
+def test_an_unfinished_run_has_done_the_same_share_of_every_suite(bench):
+    two = bench.only(["rooms", "doors"])
+    seeds = {suite.name: list(suite.study(bench.methods).all_seeds) for suite in two.suites}
+    wanted = two.trials([bench.entry("mean", {})], seeds)
+    assert Counter(trial.study for trial in wanted) == {"bench rooms": 400, "bench doors": 400}
+    for done in (80, 200, 640):
+        parts = Counter(trial.study for trial in wanted[:done])
+        assert abs(parts["bench rooms"] - parts["bench doors"]) <= 1
+
+
+def test_a_share_is_the_first_seeds_and_never_none():
+    assert [list(share_of([3, 5, 8], share)) for share in (0.01, 1 / 3, 0.34, 1.0)] == [[3], [3], [3, 5], [3, 5, 8]]
+    assert share_of([], 0.5) == []
+
+
+def test_only_the_episodes_that_the_method_has_are_compared(small, reference, tmp_path):
+    mine = small.entry("mine.py:Own", {})
+    (table,) = comparison(small, reference, own(tmp_path, range(10), hit=(1,)), [mine]).tables
+    assert [(one.label, one.num) for one in table.rows] == [("Own", 10), ("rkhs-plan", 10), ("orca", 10)]
+    assert table.reference == "mine.py:Own"
+    own_row, planner, orca = table.rows
+    assert (own_row.figures["success"].value, orca.figures["success"].value) == (0.9, 0.4)
+    assert planner.wins is not None
+    assert (planner.wins.wins, planner.wins.losses) == (1, 9), "by the contact under seed 1; else by time"
+    assert planner.differences["time_s"].ratio is not None
+
+
+def test_without_a_method_the_reference_is_shown_whole(small, reference, tmp_path):
+    (table,) = comparison(small, reference, Store(tmp_path / "none"), []).tables
+    assert [(one.label, one.num) for one in table.rows] == [("rkhs-plan", 30), ("orca", 30)]
+
+
+def test_rows_of_another_version_or_world_are_not_compared(small, reference, tmp_path):
+    store, mine = own(tmp_path, range(10)), small.entry("mine.py:Own", {})
+    (suite,) = small.suites
+    for other, why in (
+        (replace(suite, version=2), "version 1, this is 2"),
+        (replace(suite, set={**suite.set, "time_limit": 31.0}), "other worlds"),
+        (replace(suite, name="new"), "no reference rows"),
+    ):
+        assert why in (reference.differs(other) or "")
+    (table,) = comparison(replace(small, suites=(replace(suite, version=2),)), reference, store, [mine]).tables
+    assert [one.label for one in table.rows] == ["Own"]
+
+
+def test_a_shipped_method_stands_beside_its_own_reference_rows(bench):
+    entry = bench.entry("rkhs", {"weight": 3.0})
+    assert entry.identifier == "rkhs (here)"
+    assert entry.set["weight"] == 3.0
+    assert entry.set["horizon"] == 1.6, "all else as in the reference"
+
+
+def test_the_worst_episode_comes_with_the_command_that_repeats_it(small, tmp_path):
+    mine = small.entry("mine.py:Own", {})
+    ((suite, episode, command),) = weakest(small, own(tmp_path, range(10), hit=(4,)), mine)
+    assert (suite, episode) == ("dsrnn", "dsrnn, seed 4: touched a person")
+    assert command.startswith("mjnav run dsrnn --controller mine.py:Own")
+    assert "--seed 4 --log dsrnn4.mcap" in command
+
+
+def test_an_unknown_suite_and_a_broken_reference_are_named(bench, tmp_path, monkeypatch):
+    with pytest.raises(InvalidValue, match="dsrnn"):
+        bench.only(["dsrn"])
+    (tmp_path / "bench.parquet").write_bytes(b"no Parquet")
+    monkeypatch.setattr(module, "data_folder", lambda name: tmp_path)
+    with pytest.raises(MjnavError, match=r"bench\.parquet: cannot be read"):
+        Reference.load()
