@@ -157,7 +157,11 @@ class Reference:
     @classmethod
     def of(cls, store: Store, bench: Bench) -> "Reference":
         """The rows of a store, of the seeds that every method has in every cell of a suite."""
-        table = store.rows(COLUMNS).sort_by([(name, "ascending") for name in COLUMNS[:5]])
+        import pyarrow as pa
+
+        found = cls(store.rows(COLUMNS).sort_by([(name, "ascending") for name in COLUMNS[:5]]), {})
+        whole = [found.rows(name).filter(pa.array(found.complete(name))) for name in found._studies]
+        table = pa.concat_tables([found.table.slice(0, 0), *whole])
         made = {suite.name: {"version": suite.version, "digest": suite.digest()} for suite in bench.suites}
         facts = provenance(bench.methods[0].controller, ())
         return cls(table, {"suites": made, "revision": revision(), **facts})
@@ -195,6 +199,11 @@ class Reference:
         """Those that every cell and method has."""
         counts = Counter(self.rows(study)["seed"].to_pylist())
         return sorted(seed for seed, count in counts.items() if count == max(counts.values()))
+
+    def complete(self, study: str) -> list[bool]:
+        """Which of the rows of a suite's study are under such a seed."""
+        seeds = set(self.seeds(study))
+        return [seed in seeds for seed in self.rows(study)["seed"].to_pylist()]
 
 
 # ---------------------------------------------------------------------------------------- comparison

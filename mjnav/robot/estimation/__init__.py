@@ -14,6 +14,7 @@ __all__ = ["LOCALIZERS", "TRACKERS", "Localizer", "Tracker", "assumed_noise", "m
 
 LIDAR = "lidar"  # the source whose estimators are made from a scenario, by their classmethod `of`
 MAPPING = "mjnav.robot.estimation.lidar.local_map:MappingLocalizer"  # without a map, whatever the filter
+SKIDDING = "mjnav.robot.estimation.particle:SkiddingLocalizer"  # for "pose.particle", of a robot that skids in turns
 # "source.filter", or the source alone where it takes no filter -> module:Class
 LOCALIZERS: Mapping[str, str] = MappingProxyType(
     {
@@ -43,7 +44,13 @@ def make_localizer(scenario: Scenario, seed: int) -> Localizer:
     if isinstance(choice.localizer, LocalizerPlugin):
         return OwnLocalizer(choice.localizer.name, choice.localizer.make(scenario, seed), seed)
     maps = scenario.estimation.map is not None and scenario.estimation.map.source == choice.source == LIDAR
-    kind = estimator_class(MAPPING) if maps else _load(LOCALIZERS, choice.source, choice.filter)
+    skids = scenario.robot.base is not None and scenario.robot.base.turn_factor != 1.0
+    if maps:
+        kind = estimator_class(MAPPING)
+    elif skids and (choice.source, choice.filter) == ("pose", "particle"):
+        kind = estimator_class(SKIDDING)
+    else:
+        kind = _load(LOCALIZERS, choice.source, choice.filter)
     if choice.source == LIDAR:
         return kind.of(scenario, seed)
     return kind(assumed_noise(scenario), choice.particles, seed)

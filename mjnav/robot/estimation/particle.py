@@ -9,6 +9,7 @@ The noise counts as it is and is not taken for a Gaussian.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -69,7 +70,7 @@ class ParticleLocalizer(PoseEstimator):
         if self._particles is None:
             particles = self._started(reading)
         else:
-            particles = moved(self._particles, reading, self._odometry, self._motion_streams)
+            particles = self._moved(self._particles, reading)
             if "pose" not in reading.dropped:
                 recovered = self._correct(particles, reading)
                 particles = self._started(reading) if recovered else particles
@@ -84,6 +85,10 @@ class ParticleLocalizer(PoseEstimator):
         self._belief = RobotBelief(reading.time, particles, weights, mean, covariance, size, recovered)
         return self._belief
 
+    def _moved(self, particles: Array, reading: Reading) -> Array:
+        """Particles (n, 3) after what the odometry of a reading says."""
+        return moved(particles, reading, self._odometry, self._motion_streams)
+
     def _correct(self, particles: Array, reading: Reading) -> bool:
         """Weighs predicted particles (n, 3) by a pose; whether they have explained too many in a row no more."""
         errors = pose_errors(reading.pose, particles)
@@ -96,6 +101,29 @@ class ParticleLocalizer(PoseEstimator):
         """Equally weighted poses that the reading alone allows, (n, 3)."""
         self._weights, self._unexplained = np.full(self._num, 1.0 / self._num), 0
         return pose_samples(reading, [model.noise for model in self._likelihoods], self._num, self._start_stream)
+
+
+SLIDE = 0.3  # [s]; times the centripetal acceleration: how quickly a robot that skids slides sideways
+
+
+class SkiddingLocalizer(ParticleLocalizer):
+    """Of a robot that skids in turns, whose wheels do not say how it turns.
+
+    Its turn rate is the gyro's, and it slides across its heading by draws from N(0, (SLIDE v omega)^2) [m/s].
+    """
+
+    def __init__(self, noise: Mapping[str, Distribution], num_particles: int, seed: int):
+        super().__init__({**noise, "odometry.omega": noise["gyro"]}, num_particles, seed)
+        self._slide_stream = stream(seed, "estimation.motion.slide")
+
+    def _moved(self, particles: Array, reading: Reading) -> Array:
+        v, omega = float(reading.odometry[0]), reading.gyro
+        dropped = (*reading.dropped, *["odometry"] * ("gyro" in reading.dropped))
+        found = super()._moved(particles, replace(reading, odometry=np.array([v, omega]), dropped=dropped))
+        slid = SLIDE * v * omega * reading.interval * self._slide_stream.standard_normal(len(found))
+        found[:, 0] -= slid * np.sin(found[:, HEADING])
+        found[:, 1] += slid * np.cos(found[:, HEADING])
+        return found
 
 
 @kernel
