@@ -64,7 +64,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if not 0.0 < share <= 1.0:
         raise InvalidValue("--share", arguments.share, "a number above 0, up to 1")
     if arguments.reference and (arguments.methods or arguments.suite or arguments.overrides):
-        raise InputError("--reference runs all shipped methods in all suites, as runs/bench.toml has them")
+        raise InputError("--reference runs all shipped methods in all suites, as runs/bench/suites.toml has them")
     scheduler = sweep_options.chosen_scheduler(arguments)
     bench, reference = Bench.load().only(arguments.suite), Reference.load()
     store = Store(arguments.folder or OUT_FOLDER / BENCH)

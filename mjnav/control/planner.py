@@ -121,10 +121,8 @@ class Planner(ProblemController[P]):
         limits = ControlLimits.of(o.twist, self.limits, self.period, p.step)
         way, speed = self._way_to(problem), min(p.preferred_speed, self.limits.max_speed)
         rows = moves(self.limits, o.twist, speed, p.num_speeds, p.num_turn_rates, p.hold)
-        wanted = led(
-            rows, problem.mean_pose, way, limits, speed, p.approach_time, p.preview, p.step, p.steps
-        )  # fmt: skip
-        weighed = self.weigh(problem, limits, way, self.risks_of(problem, reach, samples), wanted)
+        rollouts = led(rows, problem.mean_pose, way, limits, speed, p.approach_time, p.preview, p.step, p.steps)
+        weighed = self.weigh(problem, way, self.risks_of(problem, reach, samples), rollouts)
         options = self.options(weighed, samples)
         feasible = options.contact <= p.risk_bound
         possible = bool(feasible.any())
@@ -138,12 +136,9 @@ class Planner(ProblemController[P]):
         )  # fmt: skip
         return Decision(v, omega, status, _message(problem, weighed, k), plan=shown)
 
-    def weigh(
-        self, problem: Problem, limits: ControlLimits, way: WayGrid, risks: Callable[[Rollouts], Risks], wanted: Array
-    ) -> Weighed:
-        """The rollouts of wanted controls (2, T, K), brought within the limits, and what they cost."""
+    def weigh(self, problem: Problem, way: WayGrid, risks: Callable[[Rollouts], Risks], rollouts: Rollouts) -> Weighed:
+        """What rollouts cost."""
         p, o, pose = self.parameters, problem.observation, problem.mean_pose
-        rollouts = Rollouts.of(wanted, pose[2], limits, p.step)
         left, by_x, by_y = _ways_left(way, pose, rollouts.x, rollouts.y)
         speed = min(p.preferred_speed, self.limits.max_speed)
         at_start = float(_ways_left(way, pose, HERE, HERE)[0][0, 0])

@@ -83,7 +83,7 @@ def as_read(period: float) -> dict[str, Any]:
     """`rkhs-reading`: what the paper leaves open, decided in the method's favour.
 
     Algorithm 1's bounds as the window; an obstacle counts within 7 m and while it approaches; f over R^2, which is the
-    kernel's free scale. What is left open as a number is the best of 24 settings, by the protocol of the study `tuning`.
+    kernel's free scale. What is left open as a number is the best of 24 settings of the study `tuning`.
     """
     return {
         "form": "ray", "window": "bounds", "sensing_range": 7.0, "degree": 3, "weight": 21.9, "ball": 0.15,

@@ -43,6 +43,19 @@ def _drive(heading: Matrix, x: Matrix, y: Matrix, v: Matrix, omega: Matrix, step
             heading[t + 1, k] = heading[t, k] + 2.0 * half
 
 
+@kernel
+def _between(out: Matrix, ends: Matrix):
+    """Coordinates at the ends of equal parts of each step, (parts T, K), from those at the ends of steps (T, K)."""
+    parts = out.shape[0] // ends.shape[0]
+    for t in range(ends.shape[0]):
+        for i in range(parts):
+            share = (i + 1) / parts
+            row, end, start = out[t * parts + i], ends[t], ends[max(t - 1, 0)]
+            before = (1.0 - share) if t > 0 else 0.0
+            for k in range(row.size):
+                row[k] = before * start[k] + share * end[k]
+
+
 FARTHEST = 0.25  # [m] between positions that are looked at: else a fast robot plans through pillars between two steps
 
 
@@ -93,11 +106,10 @@ class Rollouts:
         """x and y (parts T, K) at the ends of so many equal parts of each step, straight on from end to end."""
         if parts == 1:
             return self.x, self.y
-        part = np.arange(1, parts + 1)[:, None] / parts
-        x, y = (
-            np.pad(ends, ((1, 0), (0, 0)))[:-1, None] * (1.0 - part) + ends[:, None] * part for ends in (self.x, self.y)
-        )
-        return x.reshape(-1, self.x.shape[1]), y.reshape(-1, self.y.shape[1])
+        x, y = np.empty((2, parts * len(self.x), self.x.shape[1]))
+        _between(x, self.x)
+        _between(y, self.y)
+        return x, y
 
     def first(self, steps: int) -> "Rollouts":
         """The same without what comes after `steps`."""

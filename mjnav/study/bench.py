@@ -1,7 +1,7 @@
 """`mjnav bench`: suites that nobody tunes on, with the rows of every method in them, beside which others are put.
 
-    runs/bench.toml       the suites, each with a version, and the methods with their settings
-    runs/bench.parquet    the reference rows of these methods, with the digests of the suites that they were made in
+    runs/bench/suites.toml           the suites, each with a version, and the methods with their settings
+    runs/bench/reference.parquet     their reference rows, with the digests of the suites that they were made in
 
 A suite is a study without methods of its own. A method is paired with the reference rows by scene, setting and seed.
 Rows of a suite of another version or digest are not compared.
@@ -39,7 +39,7 @@ from mjnav.study.trial import Trial
 if TYPE_CHECKING:
     import pyarrow
 
-BENCH = "bench"  # .toml and .parquet below runs/
+BENCH, SUITES, ROWS = "bench", "suites.toml", "reference.parquet"  # the folder below runs/, and its files
 ALL = "all suites"
 HERE = "here"  # follows the name of a shipped method that is run beside its own reference rows
 FIGURES = (
@@ -79,7 +79,7 @@ class Suite:
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """runs/bench.toml."""
+    """runs/bench/suites.toml."""
 
     schema: Annotated[int, Range(1, 1), "version of this format"]
     suites: Annotated[tuple[Suite, ...], Length(1, 100)]
@@ -92,7 +92,7 @@ class Bench:
     @classmethod
     def load(cls) -> "Bench":
         """The shipped one."""
-        name = str(_file(".toml"))
+        name = str(_file(SUITES))
         bench = read_document(cls, parse(read_text(name), name))
         return replace(bench, suites=tuple(replace(s, set={**bench.set, **s.set}) for s in bench.suites))
 
@@ -122,8 +122,8 @@ class Bench:
         return [trial for _, trial in sorted(found, key=lambda pair: pair[0])]
 
 
-def _file(suffix: str) -> Path:
-    return data_folder("runs") / f"{BENCH}{suffix}"
+def _file(name: str) -> Path:
+    return data_folder("runs") / BENCH / name
 
 
 def share_of(seeds: Sequence[int], share: float) -> Sequence[int]:
@@ -144,15 +144,15 @@ class Reference:
     @classmethod
     def load(cls) -> "Reference":
         """The shipped ones; none where there is no file. Raises MjnavError where it cannot be read."""
-        if not _file(".parquet").is_file():
+        if not _file(ROWS).is_file():
             return cls(schema().empty_table().select(COLUMNS), {"suites": {}})
         import pyarrow as pa
 
         try:
-            table = parquet().read_table(_file(".parquet"))
+            table = parquet().read_table(_file(ROWS))
             return cls(table.select(COLUMNS), json.loads(table.schema.metadata[BENCH.encode()]))
         except (OSError, KeyError, ValueError, pa.ArrowException) as error:
-            raise MjnavError(f"{_file('.parquet')}: cannot be read ({error})") from None
+            raise MjnavError(f"{_file(ROWS)}: cannot be read ({error})") from None
 
     @classmethod
     def of(cls, store: Store, bench: Bench) -> "Reference":
@@ -175,8 +175,8 @@ class Reference:
 
     def write(self) -> Path:
         """Replaces the shipped ones."""
-        _file(".parquet").write_bytes(self.content())
-        return _file(".parquet")
+        _file(ROWS).write_bytes(self.content())
+        return _file(ROWS)
 
     def differs(self, suite: Suite) -> str | None:
         """Why the rows of a suite cannot be compared with; None where they can."""

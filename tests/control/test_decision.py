@@ -7,7 +7,7 @@ import pytest
 
 from mjnav.control.methods.rkhs_plan import RkhsPlan
 from mjnav.messages import Lanes, ObstacleSamples
-from mjnav.motion.unicycle import reachable
+from mjnav.motion.unicycle import command_bounds, reachable
 
 CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}
 TERMS = ("v", "omega", "goal", "cone", "lane", "total")
@@ -110,6 +110,8 @@ def test_the_decision_is_within_reach_and_every_cost_is_a_number(controller, obs
     o = observe(seed, **(CROWDED if seed % 2 else {}))
     decision = controller.decide(o)
     low, high = reachable(o.twist, controller.limits, controller.period)
+    if getattr(controller.parameters, "window", "reachable") == "bounds":
+        low, high = command_bounds(controller.limits)
     assert low[0] <= decision.v <= high[0]
     assert low[1] <= decision.omega <= high[1]
     if decision.costs is not None:

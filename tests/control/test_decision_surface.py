@@ -39,7 +39,7 @@ def surface_of(controller, observation, **options):
 @pytest.mark.parametrize("seed", [1])
 def test_on_the_decisions_own_candidates_the_surface_is_what_was_decided_on(controller, observe, seed):
     o = observe(seed)
-    s, costs = surface_of(controller, o, window="reachable", num=5), controller.decide(o).costs
+    s, costs = surface_of(controller, o, window=controller.parameters.window, num=5), controller.decide(o).costs
     weight, lane_weights = controller.weights if isinstance(controller, WeightedController) else (1.0, np.ones(2))
     k = 0
     for i, v in enumerate(s.v):

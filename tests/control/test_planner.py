@@ -24,12 +24,12 @@ CROWDED = {"spread": 0.15, "near": 0.4, "far": 2.0, "num_samples": 7}
 # ------------------------------------------------------------------------------------------ the rollouts
 
 
-def controls_of(rows, heading, goal, limits, steps=20, twist=(0.0, 0.0)):
-    """Wanted controls of moves from the origin, and where they lead."""
+def driven_by(rows, heading, goal, limits, steps=20, twist=(0.0, 0.0)):
+    """The rollouts of moves from the origin, and the same controls brought within the limits and driven anew."""
     within = ControlLimits.of(np.array(twist), limits, 0.1, STEP)
     way = WayField.of(EMPTY, goal, 0.25).grid
-    wanted = led(rows, np.array([0.0, 0.0, heading]), way, within, 0.8, 1.0, 0.4, STEP, steps)
-    return wanted, Rollouts.of(wanted, heading, within, STEP)
+    rollouts = led(rows, np.array([0.0, 0.0, heading]), way, within, 0.8, 1.0, 0.4, STEP, steps)
+    return rollouts, Rollouts.of(rollouts.controls, heading, within, STEP)
 
 
 @settings(max_examples=30)
@@ -40,25 +40,26 @@ def controls_of(rows, heading, goal, limits, steps=20, twist=(0.0, 0.0)):
 def test_every_rollout_is_within_the_limits_and_there_are_as_many_as_are_counted(heading, goal, twist, limits):
     rows = moves(limits, np.array(twist), 0.8, 3, 5, 0.6)
     assert len(rows) == num_rollouts(3, 5) - (0 if limits is BACK else 5 * len(SECOND))
-    wanted, driven = controls_of(rows, heading, goal, limits, twist=twist)
-    assert np.abs(driven.controls - wanted).max() < 1e-12
+    rollouts, driven = driven_by(rows, heading, goal, limits, twist=twist)
+    for part in ("controls", "x", "y", "heading"):
+        assert np.abs(getattr(driven, part) - getattr(rollouts, part)).max() < 1e-12
 
 
 def test_a_rollout_is_two_moves_and_then_the_way_to_the_goal():
     quick = RobotLimits(max_acceleration=100.0, max_turn_acceleration=100.0)
     rows = moves(quick, np.array([0.3, 0.2]), 0.8, 3, 7, 0.6)
-    wanted, driven = controls_of(rows, 0.5, (2.0, -1.0), quick, steps=60)
+    driven, _ = driven_by(rows, 0.5, (2.0, -1.0), quick, steps=60)
     num = len(SECOND)
     first = [(v, omega) for v in (0.0, 0.4, 0.8) for omega in np.linspace(-1.5, 1.5, 7)] + [(0.3, 0.2)]
     for a, move in enumerate(first):
         for b, (v, omega, lasting) in enumerate(SECOND):
-            u = wanted[:, :, a * num + b].T
+            u = driven.controls[:, :, a * num + b].T
             assert u[:3] == pytest.approx(np.tile(move, (3, 1)))
             end = 3 + round(lasting / STEP)
             assert u[3:end] == pytest.approx(np.tile((0.8 * v, 1.5 * omega), (end - 3, 1)))
     ends = np.hypot(driven.x[-1] - 2.0, driven.y[-1] + 1.0)
     assert ends[:-2].max() < 0.05  # by 12 s all but who stands are at the goal
-    assert (wanted[:, :, -2] == 0.0).all()
+    assert (driven.controls[:, :, -2] == 0.0).all()
     assert ends[-1] < 0.01
 
 

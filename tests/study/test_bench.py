@@ -128,7 +128,8 @@ def test_the_worst_episode_comes_with_the_command_that_repeats_it(small, tmp_pat
 def test_an_unknown_suite_and_a_broken_reference_are_named(bench, tmp_path, monkeypatch):
     with pytest.raises(InvalidValue, match="dsrnn"):
         bench.only(["dsrn"])
-    (tmp_path / "bench.parquet").write_bytes(b"no Parquet")
+    (tmp_path / "bench").mkdir()
+    (tmp_path / "bench/reference.parquet").write_bytes(b"no Parquet")
     monkeypatch.setattr(module, "data_folder", lambda name: tmp_path)
-    with pytest.raises(MjnavError, match=r"bench\.parquet: cannot be read"):
+    with pytest.raises(MjnavError, match=r"reference\.parquet: cannot be read"):
         Reference.load()

@@ -19,6 +19,9 @@ turn_by = scalar(shortest_turn)
 def lead(
     out_v: Matrix,
     out_omega: Matrix,
+    out_x: Matrix,
+    out_y: Matrix,
+    out_heading: Matrix,
     moves: Matrix,
     pose: Vector,
     way: WayGrid,
@@ -30,7 +33,7 @@ def lead(
     preview: float,
     step: float,
 ):
-    """Controls (T, K) of `moves` (K, 6), and then of the way to the goal.
+    """Controls (T, K) of `moves` (K, 6), and then of the way to the goal; and the poses, from the start, at their ends.
 
     Each row is two moves, one behind the other: v [m/s], omega [rad/s], and until when [s]. On the way the robot turns
     to where it leads within `preview`, drives at `speed` [m/s] and at most way left / `approach_time`, and slower while
@@ -38,7 +41,7 @@ def lead(
     `change` (2,) is the most from one to the next. `pose` (3,) is in the world, as `way` is.
     """
     for k in range(moves.shape[0]):
-        x, y, heading = pose[0], pose[1], pose[2]
+        x, y, heading = 0.0, 0.0, pose[2]
         v, omega = 0.0, 0.0
         for t in range(out_v.shape[0]):
             time = t * step + 1e-9
@@ -47,7 +50,7 @@ def lead(
             elif time < moves[k, 5]:
                 wanted_v, wanted_omega = moves[k, 3], moves[k, 4]
             else:
-                left, by_x, by_y = way_lookup(way, x, y)
+                left, by_x, by_y = way_lookup(way, pose[0] + x, pose[1] + y)
                 turn = turn_by(np.arctan2(-by_y, -by_x) - heading) if left > 0.0 else 0.0
                 wanted_v, wanted_omega = min(speed, left / approach_time) * max(np.cos(turn), 0.0), turn / preview
             low_v, high_v, low_omega, high_omega = first[0, 0], first[1, 0], first[0, 1], first[1, 1]
@@ -62,6 +65,7 @@ def lead(
             x += length * np.cos(heading + half)
             y += length * np.sin(heading + half)
             heading += 2.0 * half
+            out_x[t, k], out_y[t, k], out_heading[t, k] = x, y, heading
 
 
 @kernel

@@ -74,10 +74,11 @@ def by_first_move(rows: Array) -> Array:
 def led(
     rows: Array, pose: Array, way: WayGrid, limits: ControlLimits, speed: float, approach_time: float, preview: float,
     step: float, steps: int,
-) -> Array:  # fmt: skip
-    """The controls (2, T, K) of moves (K, 6) from a pose (3,) in the world, and then of the way at `speed` [m/s]."""
-    out = np.empty((2, steps, len(rows)))
+) -> Rollouts:  # fmt: skip
+    """The rollouts of moves (K, 6) from a pose (3,) in the world, and then of the way at `speed` [m/s]."""
+    v, omega, x, y, heading = out = np.empty((5, steps, len(rows)))
     lead(
-        out[0], out[1], rows, pose, way, limits.first, limits.all, limits.change, speed, approach_time, preview, step
+        v, omega, x, y, heading, rows, pose, way, limits.first, limits.all, limits.change, speed, approach_time,
+        preview, step,
     )  # fmt: skip
-    return out
+    return Rollouts(out[:2], x, y, heading, step)

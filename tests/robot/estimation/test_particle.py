@@ -1,10 +1,13 @@
 """The bootstrap filter of the robot's pose."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from mjnav.geometry.angles import wrap
 from mjnav.noise import make_distribution
-from mjnav.robot.estimation.particle import ParticleLocalizer
+from mjnav.robot.estimation.particle import SLIDE, ParticleLocalizer, SkiddingLocalizer
 
 SETTLED = 20  # readings after which the start is forgotten
 
@@ -61,3 +64,25 @@ def test_drawing_does_not_disturb_the_filter(drive, pearson):
         belief, expected = asked.update(reading), quiet.update(reading)
         asked.draw(25)
         assert np.array_equal(belief.particles, expected.particles)
+
+
+def test_a_robot_that_skids_turns_as_its_gyro_says_and_may_slide_across_its_heading(drive, pearson):
+    """Wheels that turn 1.5 times as quickly as the robot, and no pose after the start."""
+    readings, truth = drive(pearson, 4, ticks=30)
+    blind = [
+        replace(r, odometry=r.odometry * [1.0, 1.5], dropped=("pose",) if i else ())
+        for i, r in enumerate(readings)
+    ]  # fmt: skip
+    by_gyro, by_wheels = (
+        track(kind(pearson, 2000, 4), blind, truth) for kind in (SkiddingLocalizer, ParticleLocalizer)
+    )
+    assert abs(by_gyro[1][-1, 2]) < 0.2 < abs(by_wheels[1][-1, 2])
+
+    still = replace(readings[0], odometry=np.zeros(2), gyro=0.0)
+    moving = replace(readings[1], odometry=np.array([1.0, 0.0]), gyro=2.0, dropped=("pose",), interval=0.1)
+    exact = {channel: make_distribution("zero") for channel in pearson}
+    localizer = SkiddingLocalizer(exact, 4000, 0)
+    localizer.update(still)
+    particles = localizer.update(moving).particles - still.pose
+    across = particles[:, 1] * np.cos(still.pose[2] + 0.1) - particles[:, 0] * np.sin(still.pose[2] + 0.1)
+    assert across.std() == pytest.approx(SLIDE * 1.0 * 2.0 * 0.1, rel=0.1)
