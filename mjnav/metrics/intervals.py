@@ -57,32 +57,17 @@ def clustered_wilson(successes: ArrayLike, trials: ArrayLike) -> tuple[float, fl
     return wilson(float(s.sum()) / effect, float(t.sum()) / effect)
 
 
-def paired_bootstrap(
-    a: ArrayLike, b: ArrayLike, rng: np.random.Generator, *, resamples: int = 10_000
-) -> tuple[float, float] | None:
-    """Percentile bootstrap interval of the mean of a - b, where a[i] and b[i] come from the same seed; each (n,).
-
-    Pairs of which either is NaN do not count; None where none is left. Source: Efron & Tibshirani, An Introduction to
-    the Bootstrap, 1993, chapter 13.
-    """
-    difference = np.asarray(a, float) - np.asarray(b, float)
-    difference = difference[np.isfinite(difference)]
-    if not difference.size:
-        return None
-    means = np.empty(resamples)
-    block = max(1, 10_000_000 // difference.size)  # resamples at a time: 80 MB
-    for first in range(0, resamples, block):
-        count = min(block, resamples - first)
-        means[first : first + count] = difference[rng.integers(difference.size, size=(count, difference.size))].mean(1)
-    low, high = np.quantile(means, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL]).tolist()
-    return low, high
+FEWEST = 8  # units of a studentised interval; the deviation of fewer says little
 
 
 class SharedBootstrap:
-    """Percentile bootstrap intervals of means over the same n seeds, drawn with replacement once for all figures.
+    """Studentised bootstrap intervals of means over the same n units, drawn with replacement once for all figures.
 
-    What a seed lacks (NaN) is left out of a resample's mean. Sharing the draws makes a table of thousands of figures
-    quick: one product of matrices for many of them.
+    With m the mean, s its standard error and t_b = (m_b - m) / s_b those of resample b, the interval is m - s q, from
+    the upper to the lower quantile q of t_b (Efron & Tibshirani, An Introduction to the Bootstrap, 1993, section 12.5).
+    Where q is infinite, as in many resamples all values are alike, and below FEWEST units, its ends are the quantiles
+    of m_b. What a unit lacks (NaN) is left out of a resample's mean. Sharing the draws makes a table of thousands of
+    figures quick: a few products of matrices for many of them.
     """
 
     def __init__(self, num: int, rng: np.random.Generator, *, resamples: int = 10_000):
@@ -102,8 +87,10 @@ class SharedBootstrap:
         known = np.isfinite(values)
         return self.ratios(np.where(known, values, 0.0), known)
 
-    def ratios(self, parts: ArrayLike, wholes: ArrayLike) -> list[Interval]:
+    def ratios(self, parts: ArrayLike, wholes: ArrayLike, *, studentised: bool = True) -> list[Interval]:
         """Of the sum of `parts` over the sum of `wholes`, of each row (F, n); None where no whole is above 0.
+
+        Without `studentised` all ends are quantiles of m_b: of rates, whose s_b is coarse.
 
         With `wholes` that count, and `parts` that are sums, it is a mean over units of several values; with the costs
         of two methods it is the ratio of their means. Where a whole is 0, so must the part be.
@@ -112,27 +99,36 @@ class SharedBootstrap:
         defined = (wholes > 0.0).any(axis=1)
         found: list[Interval] = [None] * len(parts)
         if defined.any():
-            low, high = self._quantiles(parts[defined], wholes[defined])
+            low, high = self._quantiles(parts[defined], wholes[defined], FEWEST if studentised else np.inf)
             for row, *interval in zip(np.flatnonzero(defined), low.tolist(), high.tolist(), strict=True):
                 found[row] = interval[0], interval[1]
         return found
 
-    def _quantiles(self, parts: Array, wholes: Array) -> Array:
+    def _quantiles(self, parts: Array, wholes: Array, fewest: float) -> Array:
         """The ends of the intervals of rows that each have a whole, (2, F)."""
-        centre = (parts.sum(axis=1) / wholes.sum(axis=1))[:, None]
-        # Single precision is for what is left.
-        sums = (parts - centre * wholes).astype(np.float32) @ self._counts.T  # (F, R)
-        distinct, which = np.unique(wholes, axis=0, return_inverse=True)
-        sizes = (distinct.astype(np.float32) @ self._counts.T)[which.ravel()]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            means = (sums / sizes).astype(float)
-        # A resample may have drawn only seeds that lack the value.
-        quantile = np.quantile if sizes.all() else np.nanquantile
-        ends = centre[:, 0] + quantile(means, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=1)
-        # Differences below single precision are ignored.
-        scale = np.max(np.abs(parts), axis=1) / np.max(wholes, axis=1)
+        total = wholes.sum(axis=1, keepdims=True)
+        centre = parts.sum(axis=1, keepdims=True) / total
+        # Differences below single precision, which is for what is left, are ignored.
+        scale = np.max(np.abs(parts), axis=1, keepdims=True) / np.max(wholes, axis=1, keepdims=True)
         scale[scale == 0.0] = 1.0
-        return np.round(ends / scale, DIGITS) * scale
+        rest = (parts - centre * wholes) / scale
+        error = np.sqrt((rest * rest).sum(axis=1)) / total[:, 0]
+        size = self._sums(wholes)
+        tails = [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL]
+        with np.errstate(invalid="ignore", divide="ignore"):  # a resample may have drawn only units that lack the value
+            moved = self._sums(rest) / size
+            squares = self._sums(rest * rest) - 2.0 * moved * self._sums(rest * wholes)
+            squares += moved * moved * self._sums(wholes * wholes)
+            t = np.where(moved == 0.0, 0.0, moved / (np.sqrt(np.maximum(squares, 0.0)) / size))
+            high, low = np.nanquantile(t, tails, axis=1)
+            ends = -np.stack([low, high]) * error
+            known = np.isfinite(ends).all(axis=0) & ((wholes > 0.0).sum(axis=1) >= fewest)
+            ends = np.where(known, ends, np.nanquantile(moved, tails, axis=1))
+        return np.round(centre[:, 0] / scale[:, 0] + ends, DIGITS) * scale[:, 0]
+
+    def _sums(self, values: Array) -> Array:
+        """Of each resample of each row of values (F, n), in single precision: (F, R)."""
+        return (values.astype(np.float32) @ self._counts.T).astype(float)
 
     def p_values(self, differences: ArrayLike) -> list[float | None]:
         """For each row of paired differences (F, n), of the hypothesis that they are as likely to be negative.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.messages import Array
-from mjnav.metrics.intervals import SharedBootstrap, holm, paired_bootstrap
+from mjnav.metrics.intervals import SharedBootstrap, holm
 from mjnav.report.figure_text import unit
 from mjnav.rng import stream
 from mjnav.scene.spec import Scenario
@@ -219,6 +219,6 @@ def mean_by_run(run: ArrayLike, values: ArrayLike, seed: int, use: str, *, bound
     means = np.array([values[run == which].mean() for which in np.unique(run)])
     interval, p = None, None
     if len(means) >= LEAST_RUNS:
-        interval = paired_bootstrap(means, np.zeros_like(means), stream(seed, f"paper.{use}.bootstrap"))
-        (p,) = SharedBootstrap(len(means), stream(seed, f"paper.{use}.flips")).p_values((means - boundary)[None])
+        shared = SharedBootstrap(len(means), stream(seed, f"paper.{use}.bootstrap"))
+        interval, (p,) = shared.interval(means), shared.p_values((means - boundary)[None])
     return Difference(Estimate(float(means.mean()), interval, len(means)), p)

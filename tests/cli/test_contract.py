@@ -28,6 +28,7 @@ WORKING = {
     "surface": f"crossing1 --at 0.2 --grid 5 -o a.png {QUICK}",
     "sweep": "two.toml --dry-run -o rows",
     "compare": "two.toml",
+    "bench": "--suite dsrnn",
     "avoidable": "a.mcap",
     "calibrate": f"crossing1 --seeds 1 --draws 20 {QUICK}",
     "predict": f"crossing1 --model constant_velocity {QUICK}",

@@ -153,7 +153,7 @@ def sight(people: Sequence[str]) -> str:
 # ------------------------------------------------------------------------------- meaning and warnings
 
 
-FEW_SEEDS = 20  # below it a percentile bootstrap's interval is too narrow
+FEW_SEEDS = 20  # below it a studentised interval of very skewed figures holds the mean in 90 of 100 cases only
 MAX_NAMED = 5
 
 
@@ -191,8 +191,8 @@ def _meaning(
         "intervals."
     )
     yield (
-        f"Other figures are means over the seeds that succeeded{of_all_text}, with 95 % bootstrap intervals "
-        f"({RESAMPLES} resamples); in parentheses from how many seeds, where not from all n."
+        f"Other figures are means over the seeds that succeeded{of_all_text}, with studentised 95 % bootstrap "
+        f"intervals ({RESAMPLES} resamples); in parentheses from how many seeds, where not from all n."
     )
     yield (
         f"Below them are {below} against {reference}, over the seeds on which both succeeded "
@@ -233,7 +233,7 @@ def warnings(results: StudyComparison) -> Iterator[str]:
         yield f"{results.causes.total()} episodes failed, and count in n alone: {_some(causes)}."
     if fewest < FEW_SEEDS:
         what = "layouts" if results.settings_per_table > 1 else "seeds"
-        yield f"The fewest {what} of a cell are {fewest}: bootstrap intervals of fewer than {FEW_SEEDS} are too narrow."
+        yield f"The fewest {what} of a cell are {fewest}: of fewer than {FEW_SEEDS} bootstrap intervals are too narrow."
     without = [table.title for table in results.tables if not table.reference]
     if without:
         yield f"Without the reference, and so without differences: {_some(without)}."

@@ -126,9 +126,12 @@ def differences(cells: Sequence[CellRows], base: CellRows, figures: Sequence[str
         _costs(*pair, unit) if is_cost(figure) else np.empty((2, 0))
         for pair, unit, figure in zip(values, units, [*figures] * len(pairs), strict=True)
     ]
-    computed = zip(
-        values, costs, _by_length(sums, _ratios), _by_length(sums, _p_values), _by_length(costs, _ratios), strict=True
-    )
+    rates = [is_rate(figure) for figure in figures] * len(pairs)
+    nothing = np.empty((2, 0))
+    of_means = _by_length([nothing if rate else row for row, rate in zip(sums, rates, strict=True)], _ratios)
+    of_rates = _by_length([row if rate else nothing for row, rate in zip(sums, rates, strict=True)], _rate_changes)
+    intervals = [of_rates[i] if rate else of_means[i] for i, rate in enumerate(rates)]
+    computed = zip(values, costs, intervals, _by_length(sums, _p_values), _by_length(costs, _ratios), strict=True)
 
     def one(cell: CellRows, figure: str) -> Difference:
         (own, others), cost, interval, p, quotient = next(computed)
@@ -153,6 +156,11 @@ def _costs(own: Array, others: Array, units: NDArray[np.intp] | None) -> Array:
 def _ratios(num: int) -> Callable[[Array], list[Interval]]:
     """The intervals of sums over sums (F, 2, num)."""
     return lambda rows: bootstrap(num).ratios(rows[:, 0], rows[:, 1])
+
+
+def _rate_changes(num: int) -> Callable[[Array], list[Interval]]:
+    """The same of differences of rates."""
+    return lambda rows: bootstrap(num).ratios(rows[:, 0], rows[:, 1], studentised=False)
 
 
 def _p_values(num: int) -> Callable[[Array], list[float | None]]:
