@@ -17,10 +17,14 @@ process that loads the caller alone calls the copy.
 # pyright: reportAttributeAccessIssue=false
 # numba's modules carry no types.
 
+import json
+import os
+import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, update_wrapper
+from importlib import import_module
 from operator import attrgetter
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
@@ -152,6 +156,14 @@ class Kernel:
             raise AttributeError(name)
         return getattr(self.compiled, name)
 
+    @property
+    def lacking(self) -> bool:
+        """Whether the machine code for the types that the annotations declare is still to be compiled and kept."""
+        arguments = declared(self.py_func)
+        if arguments is None or self.compiled is self.py_func:
+            return False
+        return (self.compiled._dispatcher.cache if self._elementwise else self.compiled._cache).lacks(arguments)
+
     def load(self) -> None:
         """Loads, or compiles, the machine code for the types that the annotations declare, if they do."""
         arguments = declared(self.py_func)
@@ -163,9 +175,53 @@ class Kernel:
             self.compiled.add(arguments)
 
 
+MANY = 16  # kernels to compile, for which one more process pays: it takes a second to start
+
+
 def load_kernels() -> None:
-    """Loads, or compiles, every kernel with annotated arguments in the modules of mjnav that are imported."""
-    modules = [module for name, module in list(sys.modules.items()) if name.startswith("mjnav.")]
-    for value in {id(value): value for module in modules for value in list(vars(module).values())}.values():
-        if isinstance(value, Kernel):
-            value.load()
+    """Loads, or compiles, every kernel with annotated arguments in the modules of mjnav that are imported.
+
+    Where many are to be compiled, so do other processes, one a processor, which leave them in the cache.
+    """
+    modules = [name for name in list(sys.modules) if name.startswith("mjnav.")]
+    kernels = _kernels_of(modules)
+    lacking = sum(kernel.lacking for kernel in kernels)
+    others = min(len(os.sched_getaffinity(0)) - 1, lacking // MANY) if sys.executable else 0
+    helpers = [_helper(modules, (i + 1) / (others + 1)) for i in range(others)]
+    try:
+        if helpers:
+            compile_from(kernels, 0.0)
+        for kernel in kernels:
+            kernel.load()
+    finally:
+        for helper in helpers:  # what it still compiles is there by now
+            helper.kill()
+            helper.wait()
+
+
+def _kernels_of(modules: Iterable[str]) -> list[Kernel]:
+    """The kernels in these modules, each once, in the same order in every process."""
+    values = [value for name in sorted(modules) for value in list(vars(import_module(name)).values())]
+    return [value for value in {id(value): value for value in values}.values() if isinstance(value, Kernel)]
+
+
+def compile_from(kernels: Sequence[Kernel], share: float) -> None:
+    """Compiles the kernels that nobody has compiled yet, beginning after a `share` of them."""
+    begin = int(share * len(kernels))
+    for kernel in (*kernels[begin:], *kernels[:begin]):
+        if kernel.lacking:
+            kernel.load()
+
+
+def _helper(modules: Sequence[str], share: float) -> "subprocess.Popen[bytes]":
+    """A process that compiles with this one, and imports what this one imports from the same places."""
+    program = (
+        "import json, sys\n"
+        "asked = json.loads(sys.argv[1])\n"
+        "sys.path[:] = asked['path']\n"
+        "from mjnav.compile import compiled\n"
+        "compiled.compile_from(compiled._kernels_of(asked['modules']), asked['share'])\n"
+    )
+    asked = json.dumps({"path": sys.path, "modules": modules, "share": share})
+    quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    return subprocess.Popen([sys.executable, "-c", program, asked], **quiet)

@@ -168,6 +168,13 @@ class CacheFolder:
         except OSError as error:
             self._complain(f"kernels are compiled anew at every start: {path}: {error.strerror}")
 
+    def has(self, name: str) -> bool:
+        """Whether there is a file for `name`, whole or not."""
+        try:
+            return self._folder is not None and bool(os.stat(name + _SUFFIX, dir_fd=self._folder))
+        except OSError:
+            return False
+
     def read(self, name: str) -> bytes | None:
         """The data written for `name`; None where there is no such file, or it is damaged."""
         if self._folder is None:
@@ -285,6 +292,11 @@ class KernelCache(NullCache):
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]):
         """`options` are what numba was told about `function`."""
         self._function, self._options = function, options
+
+    def lacks(self, signature: Any) -> bool:
+        """Whether machine code for a signature could be kept, and is not."""
+        name = self._name(signature)
+        return name is not None and not folder().has(name)
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
         """The machine code for a signature, if it is kept."""

@@ -19,6 +19,7 @@ drives on as soon as it knows again.
 """
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,10 +27,12 @@ from mjnav.geometry.distances import widest_std
 from mjnav.geometry.evidence_grid import CELL
 from mjnav.messages import Beliefs, Decision, Event, Reading, RobotBelief, Status
 from mjnav.robot.estimation import assumed_noise
-from mjnav.robot.estimation.lidar.local_map import LocalMap
 from mjnav.robot.sanity import Sanity
 from mjnav.robot.seen_space import SeenSpace
 from mjnav.scene.spec import Scenario
+
+if TYPE_CHECKING:
+    from mjnav.robot.estimation.lidar.local_map import LocalMap
 
 PATIENCE = 0.5  # [s]; somebody unseen walks 0.7 m in it, and the robot needs 0.8 s more to stop from 0.8 m/s
 MAX_POSITION_STD = 0.5  # [m] of the widest direction: a person's width, the room that a robot has in a doorway
@@ -76,7 +79,7 @@ class Caution:
             self._rest = min(2.0 * self._rest, LONGEST_REST)
             self._rests_until = reading.time + self._rest
 
-    def learn(self, local: LocalMap) -> None:
+    def learn(self, local: "LocalMap") -> None:
         """The map as the robot has it now."""
         self._local = local
         if self._space is not None:

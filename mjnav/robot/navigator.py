@@ -3,6 +3,7 @@
 import reprlib
 from functools import cached_property
 from itertools import repeat
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,8 +30,6 @@ from mjnav.robot.caution import Caution
 from mjnav.robot.controller import build_controller, num_samples
 from mjnav.robot.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
 from mjnav.robot.estimation.base import DRAWS
-from mjnav.robot.estimation.lidar.local_map import LocalMap, MappingLocalizer
-from mjnav.robot.estimation.lidar.tracker import LidarTracker
 from mjnav.robot.latency import CommandHistory, RobotPrediction, check_decision, make_latency
 from mjnav.robot.prediction import Crowd, RobotNow, make_predictor
 from mjnav.robot.sanity import Sanity
@@ -38,6 +37,9 @@ from mjnav.robot.seen_space import FloorMap
 from mjnav.robot.wayfinder import Wayfinder
 from mjnav.scene.spec import Scenario
 from mjnav.sealed import sealed_costs, sealed_message, sealed_plan
+
+if TYPE_CHECKING:
+    from mjnav.robot.estimation.lidar.local_map import LocalMap
 
 
 class Navigator:
@@ -55,7 +57,11 @@ class Navigator:
         if controller is not None:
             self.controller = controller
         self.floor_map = FloorMap(scenario)
-        self._local = LocalMap(scenario) if scenario.draws_map else None
+        self._local: LocalMap | None = None
+        if scenario.draws_map:  # only then are it and its kernels imported
+            from mjnav.robot.estimation.lidar import local_map
+
+            self._local = local_map.LocalMap(scenario)
         self._sanity = Sanity(scenario)
         self._caution = Caution(scenario, self._sanity) if estimators else None
         self._believed: RobotBelief | None = None  # by the robot's own estimators, of the tick that is predicted
@@ -120,9 +126,12 @@ class Navigator:
         self.follow_route(beliefs.robot.mean)
         return beliefs
 
-    def _learn(self, local: LocalMap) -> None:
+    def _learn(self, local: "LocalMap") -> None:
         """Everything on board goes by what the scans have shown so far."""
         self.floor_map = FloorMap(self._scenario, local.floor.discs)
+        from mjnav.robot.estimation.lidar.local_map import MappingLocalizer
+        from mjnav.robot.estimation.lidar.tracker import LidarTracker
+
         if isinstance(self._localizer, MappingLocalizer):
             self._localizer.learn(local)
         if isinstance(self._tracker, LidarTracker):

@@ -1,5 +1,6 @@
 """A process that compiles kernels computes the same bits as one that loads them."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -102,3 +103,22 @@ def test_a_power_is_rounded_by_the_rules_of_its_own_kernel_whichever_was_compile
     strict.load()
     codes = ["\n".join(made.inspect_llvm().values()) for made in (fast, strict)]
     assert ["reassoc" in code for code in codes] == [True, False]
+
+
+def test_a_helper_compiles_what_is_lacking_into_the_cache_of_this_process(tmp_path):
+    program = (
+        "from mjnav.compile import compiled\n"
+        "import mjnav.motion.neighbours\n"
+        "modules = ['mjnav.motion.neighbours']\n"
+        "kernels = [k for k in compiled._kernels_of(modules) if compiled.declared(k.py_func)]\n"
+        "print(*(k.lacking for k in kernels))\n"
+        "print(compiled._helper(modules, 0.5).wait())\n"
+        "print(*(k.lacking for k in kernels))\n"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": SOURCES}
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=True)
+    before, code, after = done.stdout.splitlines()
+    assert code == "0"
+    assert set(before.split()) == {"True"}
+    assert set(after.split()) == {"False"}
+    assert len(after.split()) == len(before.split())
