@@ -1,4 +1,4 @@
-"""`mjnav render LOG -o OUT.png | OUT.mp4`: the scene at one moment of a run, or the run as a film."""
+"""`mjnav render LOG -o OUT.png | OUT.mp4 | OUT.gif`: the scene at one moment of a run, or the run as a film."""
 
 import argparse
 import re
@@ -9,7 +9,7 @@ from mjnav.cli.terminal.progress import progress
 from mjnav.errors import InvalidValue
 from mjnav.log import open_log
 from mjnav.output_files import output_path
-from mjnav.report.log_pictures import FILM_SIZE, FPS, PICTURE_SIZE, Film, picture, save_picture
+from mjnav.report.log_pictures import FILM_SIZE, FILMS, FPS, PICTURE_SIZE, Film, picture, save_picture
 
 _FILM_ONLY = ("fps", "speed", "from", "to")
 
@@ -17,7 +17,7 @@ _FILM_ONLY = ("fps", "speed", "from", "to")
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     parser.add_argument("log", metavar="LOG", help="the log of a run")
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="a picture, .png, or a film, .mp4")
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="a picture, .png, or a film, .mp4 or .gif")
     parser.add_argument("--size", metavar="WxH", help="in pixels; {}x{}, films {}x{}".format(*PICTURE_SIZE, *FILM_SIZE))
     parser.add_argument("--at", type=float, metavar="T", help="time of a picture [s]; the end of the run by default")
     parser.add_argument("--fps", type=int, metavar="N", help=f"frames per second of a film; {FPS} by default")
@@ -28,11 +28,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Draws off screen."""
-    output = output_path("--output", arguments.output, ".png", ".mp4")
-    is_film = output.suffix.lower() == ".mp4"
+    output = output_path("--output", arguments.output, ".png", *FILMS)
+    is_film = output.suffix.lower() in FILMS
     check_needs("--at", "a picture: -o OUT.png", given=arguments.at is not None, met=not is_film)
     for name in _FILM_ONLY:
-        check_needs(f"--{name}", "a film: -o OUT.mp4", given=getattr(arguments, name) is not None, met=is_film)
+        check_needs(
+            f"--{name}", "a film: -o OUT.mp4 or OUT.gif", given=getattr(arguments, name) is not None, met=is_film
+        )
     size = _size(arguments.size)
     log = open_log(arguments.log)
     log.scenario()  # says best what another program's file lacks
@@ -42,7 +44,7 @@ def execute(arguments: argparse.Namespace) -> int:
             save_picture(pixels, output)
             print(f"{output}: {time:.1f} s")
             return 0
-        film = Film(log, size)
+        film = Film(log, size, output)
         fps = FPS if arguments.fps is None else arguments.fps
         speed = 1.0 if arguments.speed is None else arguments.speed
         timing = film.timing(getattr(arguments, "from"), arguments.to, fps=fps, speed=speed)
@@ -57,7 +59,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 raise KeyboardInterrupt
             show(number)
 
-        film.write(output, timing, progress=step)
+        film.write(timing, progress=step)
     print(f"{output}: {count} frames, {count / timing.fps:.1f} s, {1e-3 * output.stat().st_size:.0f} kB")
     return 0
 

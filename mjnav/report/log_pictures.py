@@ -126,6 +126,25 @@ def write_film(path: str | PathLike[str], frames: Iterable[NDArray[np.uint8]], f
     return count
 
 
+GIF = ".gif"
+FILMS = (".mp4", GIF)
+COLOURS = 64  # of a GIF
+
+
+def write_gif(path: str | PathLike[str], frames: Iterable[NDArray[np.uint8]], fps: int) -> int:
+    """Writes frames (height, width, 3) as a GIF that repeats; returns how many there were.
+
+    Its colours are those of the first frame. Raises OSError for what the disk refuses.
+    """
+    from PIL import Image
+
+    first, *rest = (Image.fromarray(pixels) for pixels in frames)
+    palette = first.quantize(COLOURS, dither=Image.Dither.NONE)
+    others = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in rest]
+    palette.save(path, save_all=True, append_images=others, duration=round(1000 / fps), loop=0, optimize=True)
+    return 1 + len(others)
+
+
 # --------------------------------------------------------------------------------------------- render
 
 
@@ -166,19 +185,18 @@ def render(
 ) -> "Image | Path":
     """Draws a moment of a run, or films it. Returns the picture (PIL), or the path where `output` names a file.
 
-    `output` is a picture, .png, or a film, .mp4, which replaces a file of that name. `at` is the time of a picture [s],
-    the end of the run by default; a film goes from `start` to `end` [s], `speed` times as fast as the run, with `fps`
-    frames a second. `size` is (width, height) in pixels. Raises InputError where it cannot be drawn or written, and
-    DamagedLogError for a damaged log.
+    `output` is a picture, .png, or a film, .mp4 or .gif, which replaces a file of that name. `at` is the time of a
+    picture [s], the end of the run by default; a film goes from `start` to `end` [s], `speed` times as fast as the run,
+    with `fps` frames a second. `size` is (width, height) in pixels. Raises InputError where it cannot be drawn or
+    written, and DamagedLogError for a damaged log.
     """
-    path = None if output is None else output_path("output", output, ".png", ".mp4")
+    path = None if output is None else output_path("output", output, ".png", *FILMS)
     log = log if isinstance(log, Log) else open_log(log)
-    is_film = path is not None and path.suffix.lower() == ".mp4"
-    if path is not None and is_film:
+    if path is not None and path.suffix.lower() in FILMS:
         if at is not None:
             raise InvalidValue("at", at, "start and end, for a film")
-        film = Film(log, size)
-        film.write(path, film.timing(start, end, fps=fps, speed=speed))
+        film = Film(log, size, path)
+        film.write(film.timing(start, end, fps=fps, speed=speed))
         return path
     from PIL import Image
 
@@ -208,16 +226,18 @@ def picture(log: Log, at: float | None, *, size: tuple[int, int] | None) -> tupl
         raise InvalidValue("at", at, f"a time from 0 to {trajectory.time[last]:g} s")
     index = last if at is None else int(np.abs(trajectory.time - at).argmin())
     shown = frame_at(trajectory, float(trajectory.time[index]))
-    drawn = LoggedViews(log).at(shown.state.time)
-    return draw(log.scenario(), shown.state, size=size, trail=shown.trail, **drawn), shown.state.time
+    drawn: dict[str, Any] = {"tracks": shown.tracks} | LoggedViews(log).at(shown.state.time)
+    return draw(log.scenario(), shown.state, size=size, trail=shown.trail, legend=True, **drawn), shown.state.time
 
 
 class Film:
     """A run as a film. Raises DamagedLogError where its states are not a period apart."""
 
-    def __init__(self, log: Log, size: tuple[int, int] | None):
-        self._size = _checked_size(size or FILM_SIZE, even=True)
-        require_codec()
+    def __init__(self, log: Log, size: tuple[int, int] | None, path: Path):
+        self._size, self._path = _checked_size(size or FILM_SIZE, even=True), path
+        self._write = write_gif if path.suffix.lower() == GIF else write_film
+        if self._write is write_film:
+            require_codec()
         self._log, self._trajectory = log, log.trajectory()
         _check_times(log, self._trajectory)
 
@@ -229,10 +249,10 @@ class Film:
                 raise InvalidValue(name, given, f"a time from 0 to {last:g} s")
         return FilmTiming(start or 0.0, last if end is None else end, fps, speed)
 
-    def write(self, path: Path, timing: FilmTiming, *, progress: Callable[[int], None] = lambda number: None) -> None:
+    def write(self, timing: FilmTiming, *, progress: Callable[[int], None] = lambda number: None) -> None:
         """Writes the film; `progress` gets the number of every frame before it is encoded."""
-        with replacement(path) as partial:
-            write_film(partial, self._frames(timing, progress), timing.fps)
+        with replacement(self._path) as partial:
+            self._write(partial, self._frames(timing, progress), timing.fps)
 
     def _frames(self, timing: FilmTiming, progress: Callable[[int], None]) -> Iterator[NDArray[np.uint8]]:
         from mjnav.world.render import Renderer
@@ -246,7 +266,7 @@ class Film:
                 shown = frame_at(trajectory, time)
                 text = f"{title}\n{time:.1f} s"
                 beliefs: dict[str, Any] = {"tracks": shown.tracks} | views.at(time)
-                yield renderer.draw(shown.state, trail=shown.trail, text=text, **beliefs)
+                yield renderer.draw(shown.state, trail=shown.trail, text=text, legend=True, **beliefs)
 
 
 def _checked_size(size: tuple[int, int], *, even: bool) -> tuple[int, int]:

@@ -157,6 +157,16 @@ class Stage:
 
 
 _MAX_GEOMS = 20_000
+LEGEND_HEIGHT = 400  # [pixels] of a picture, below which a legend would hide too much
+# what may be drawn -> its colour, and what it is
+_LEGEND = (
+    ("trail", "orange", "its way so far"),
+    ("plan", "black, red", "its plan; red where nothing is feasible"),
+    ("fan", "violet to yellow", "what else it weighed, by cost"),
+    ("tracks", "violet, dot", "people as believed, and in 1 s"),
+    ("detections", "teal", "what the scan shows besides the map"),
+    ("scan", "magenta", "where beams end"),
+)
 
 
 class Renderer:
@@ -208,6 +218,7 @@ class Renderer:
         plan: ArrayLike | None = None,
         fan: ArrayLike | None = None,
         feasible: bool = True,
+        legend: bool = False,
     ) -> NDArray[np.uint8]:
         """The scene at `state`: (height, width, 3) of uint8.
 
@@ -215,7 +226,7 @@ class Renderer:
         and to go, pale for those of whom nothing is seen, `coasts` (P,); `text` stands in the corner. `scan` (n, 2) are
         points at the lidar's height, and `detections` (n, 3) discs x, y, radius on the floor. `plan` (T, 2) is where
         the robot is to go, red unless `feasible`, with the robot at its end, and `fan` (F, T, 2) what else it weighed,
-        cheapest first.
+        cheapest first. A `legend` says what lines are, where the picture is LEGEND_HEIGHT high.
         """
         scene, rectangle, drawing = self._scene, self._rectangle, self._drawing
         self._stage.place(state)
@@ -243,6 +254,12 @@ class Renderer:
             if text is not None:
                 font, corner = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos.mjGRID_TOPLEFT
                 mujoco.mjr_overlay(font, corner, rectangle, text, "", drawing)
+            if legend and rectangle.height >= LEGEND_HEIGHT:
+                given = {"trail": trail, "plan": plan, "fan": fan, "tracks": tracks, "detections": detections}
+                rows = [row[1:] for row in _LEGEND if {**given, "scan": scan}[row[0]] is not None]
+                colours, meanings = ("\n".join(column) for column in zip(("green", "goal"), *rows, strict=True))
+                font, corner = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos.mjGRID_BOTTOMLEFT
+                mujoco.mjr_overlay(font, corner, rectangle, colours, meanings, drawing)
             mujoco.mjr_readPixels(picture, None, rectangle, drawing)
         return np.ascontiguousarray(picture[::-1])  # OpenGL's rows go upwards
 

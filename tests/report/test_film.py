@@ -4,9 +4,10 @@ from math import pi
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from mjnav.messages import Trajectory
-from mjnav.report.log_pictures import FilmTiming, frame_at, write_film
+from mjnav.report.log_pictures import FilmTiming, frame_at, write_film, write_gif
 
 av = pytest.importorskip("av", reason="av is not installed")
 
@@ -67,3 +68,17 @@ def test_a_film_is_what_browsers_play_and_shows_its_frames_in_order(tmp_path):
     assert shown == pytest.approx([20.0 * k for k in range(12)], abs=3.0)
     data = path.read_bytes()
     assert data.index(b"moov") < data.index(b"mdat")  # plays before all of it is there
+
+
+def test_a_gif_repeats_its_frames_in_order(tmp_path):
+    grey = [np.full((48, 64, 3), 20 * k, np.uint8) for k in range(12)]
+    grey[0][:, 32:] = np.linspace(0, 255, 32, dtype=np.uint8)[None, :, None]  # whose colours are the film's
+    path = tmp_path / "a.gif"
+    assert write_gif(path, iter(grey), fps=8) == 12
+    with Image.open(path) as film:
+        assert (film.n_frames, film.size, film.info["loop"], film.info["duration"]) == (12, (64, 48), 0, 120)
+        shown = []
+        for k in range(12):
+            film.seek(k)
+            shown.append(np.asarray(film.convert("RGB"))[:, :32].mean())
+    assert shown == pytest.approx([20.0 * k for k in range(12)], abs=10.0)
