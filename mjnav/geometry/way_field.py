@@ -3,7 +3,8 @@
 T(x) solves the eikonal equation |grad T| = w(x), T(goal) = 0 (Zhao 2005, "A fast sweeping method for eikonal
 equations"). The slowness w is 1 where a disc has room, and BLOCKED where it has none: T is finite everywhere, and a way
 leads through a body where no other does. Where a disc has room, but less than it likes, w grows to TIGHT: then T is no
-length, but what a way costs that would rather keep clear. Two things make a coarse grid accurate:
+length, but what a way costs that would rather keep clear; so it is where a way over unseen floor costs more. Two things
+make a coarse grid accurate:
 
 * Nodes to which the straight way from the goal is open have the exact distance. Sweeping begins where these end.
 * A node's value comes from any of the 8 triangles around it (the semi-Lagrangian form of the upwind scheme, Tsitsiklis
@@ -27,7 +28,7 @@ from numpy.typing import ArrayLike
 
 from mjnav.compile.compiled import Matrix, exact, kernel, scalar
 from mjnav.constant import Constant
-from mjnav.geometry.distance_field import interpolated, rows_of
+from mjnav.geometry.distance_field import FieldGrid, interpolated, rows_of
 from mjnav.geometry.floor import TOUCH, Floor, box_surface, disc_surface, is_open
 from mjnav.messages import Array
 
@@ -54,10 +55,11 @@ class WayGrid(NamedTuple):
 
 
 @exact
-def solve(grid: WayGrid, radius: float, soft: float, discs: Matrix, boxes: Matrix):
+def solve(grid: WayGrid, radius: float, soft: float, discs: Matrix, boxes: Matrix, unseen: FieldGrid, factor: float):
     """Fills `grid.detour` for a disc that would rather keep `soft` [m] clear of bodies.
 
-    All arrays within have a rim of one node around the grid, which belongs to nothing.
+    A way over what is `unseen`, 1 there and 0 elsewhere, costs `factor` times its length. All arrays within have a rim
+    of one node around the grid, which belongs to nothing.
     """
     rows, columns = grid.detour.shape
     lacking = np.zeros((rows + 2, columns + 2))
@@ -73,8 +75,14 @@ def solve(grid: WayGrid, radius: float, soft: float, discs: Matrix, boxes: Matri
     left = np.full((rows + 2, columns + 2), np.inf)
     fixed = np.ones((rows + 2, columns + 2), np.bool_)
     fixed[1:-1, 1:-1] = False
-    _see(left, fixed, lacking, grid, wide, discs, boxes)
-    _sweep(left, fixed, lacking, grid.cell, spare, soft)
+    weight = np.ones((rows + 2, columns + 2))
+    if factor > 1.0:
+        for j in range(rows):
+            for i in range(columns):
+                if _is_unseen(unseen, grid.x + i * grid.cell, grid.y + j * grid.cell):
+                    weight[j + 1, i + 1] = factor
+    _see(left, fixed, weight, grid, wide, discs, boxes)
+    _sweep(left, fixed, lacking, weight, grid.cell, spare, soft)
     _leave(left, lacking, grid.cell, spare + soft)
     for j in range(rows):
         for i in range(columns):
@@ -98,7 +106,15 @@ def _mark(lacking, grid, radius, body, is_disc, half_width, half_height):
 
 
 @exact
-def _see(left, fixed, lacking, grid, radius, discs, boxes):
+def _is_unseen(unseen, x, y):
+    """Whether a point is, also beyond the grid."""
+    rows, columns = unseen.clearance.shape
+    i, j = int(np.floor((x - unseen.x) / unseen.cell + 0.5)), int(np.floor((y - unseen.y) / unseen.cell + 0.5))
+    return not (0 <= i < columns and 0 <= j < rows) or unseen.clearance[j, i] > 0.0
+
+
+@exact
+def _see(left, fixed, weight, grid, radius, discs, boxes):
     """The exact distance at the nodes to which the straight way from the goal is open, spread from node to node.
 
     A goal that lacks room is approached straight, too: no body comes nearer than it is to the goal. Where even that is
@@ -124,6 +140,13 @@ def _see(left, fixed, lacking, grid, radius, discs, boxes):
             left[j, i] = straight
         if not is_open(grid.goal_x, grid.goal_y, x, y, radius, discs, boxes):
             continue
+        steps = int(straight / grid.cell) + 1
+        dear = False
+        for k in range(steps + 1):
+            di, dj = u + 1.0 + (i - 1.0 - u) * k / steps, v + 1.0 + (j - 1.0 - v) * k / steps
+            dear |= weight[int(dj + 0.5), int(di + 0.5)] > 1.0
+        if dear:
+            continue
         left[j, i] = straight
         fixed[j, i] = True
         for nj in range(j - 1, j + 2):
@@ -148,7 +171,7 @@ def _slowness(lacking, spare, soft):
 
 
 @exact
-def _sweep(left, fixed, lacking, cell, spare, soft):
+def _sweep(left, fixed, lacking, weight, cell, spare, soft):
     """Fast sweeping in four orders until nothing changes; a node is visited when a neighbour has changed since.
 
     That is the locking of Bak, McLaughlin and Renzi (2010).
@@ -168,7 +191,7 @@ def _sweep(left, fixed, lacking, cell, spare, soft):
                 i = a if order % 2 == 0 else columns - 1 - a
                 if waiting[j, i]:
                     waiting[j, i] = False
-                    value = _from_neighbours(left, j, i, cell * _slowness(lacking[j, i], spare, soft))
+                    value = _from_neighbours(left, j, i, weight[j, i] * cell * _slowness(lacking[j, i], spare, soft))
                     if value < left[j, i] - SETTLED:
                         left[j, i] = value
                         _wake(waiting, left, fixed, j, i)
@@ -258,6 +281,7 @@ def _hand_on(nearest, left, j, i):
 
 CELL = 0.1  # [m]; more where a floor has more than MAX_CELLS, less for a disc of a radius below it
 MAX_CELLS = 1000  # along each axis
+NOTHING = FieldGrid(np.zeros((0, 0)), 0.0, 0.0, 1.0)
 MARGIN = 3  # [cells] around the places where the disc touches a body
 
 
@@ -276,10 +300,13 @@ class WayField(Constant):
         points: ArrayLike = (),
         cell: float = CELL,
         soft: float = 0.0,
+        unseen: FieldGrid = NOTHING,
+        factor: float = 1.0,
     ) -> "WayField":
         """Of a disc of `radius` [m] to `goal` (2,), with nodes `cell` [m] apart around bodies and `points` (k, 2).
 
         Where it can the way keeps `soft` [m] clear of bodies: as a way beside them costs up to TIGHT times its length.
+        One over what is `unseen`, 1 there and 0 elsewhere, costs `factor` times its length.
         """
         gx, gy = (float(v) for v in np.asarray(goal, float))
         bounds = floor.bounds
@@ -295,7 +322,8 @@ class WayField(Constant):
             cell * np.array([columns - 1, rows - 1]) - (high - low)
         )  # the nodes of a mirrored floor are mirrored
         grid = WayGrid(np.empty((rows, columns)), float(low[0]), float(low[1]), cell, gx, gy)
-        solve(grid, float(radius), float(soft), np.ascontiguousarray(floor.discs), np.ascontiguousarray(floor.boxes))
+        bodies = np.ascontiguousarray(floor.discs), np.ascontiguousarray(floor.boxes)
+        solve(grid, float(radius), float(soft), *bodies, unseen, float(factor))
         return cls(grid)
 
     def way_left(self, points: ArrayLike) -> Array:

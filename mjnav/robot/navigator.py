@@ -170,7 +170,8 @@ class Navigator:
         goal, way = self.goal, None
         if self._wayfinder is not None:
             mean = np.append(position, circular_mean(pose[:, 2]))
-            self._wayfinder.follow(belief.time, mean, goal, floor.known, beliefs.people)
+            unseen = self._local.unseen if self._local is not None and self._wayfinder.minds_unseen else None
+            self._wayfinder.follow(belief.time, mean, goal, floor.known, beliefs.people, unseen)
             goal, way = self._wayfinder.ahead(position)
         observation = Observation(
             robot_pose=pose,

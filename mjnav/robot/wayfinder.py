@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from mjnav.geometry.angles import wrap
+from mjnav.geometry.distance_field import FieldGrid
 from mjnav.geometry.floor import Floor, floor_of_map
 from mjnav.geometry.way_field import BLOCKED, WayField
 from mjnav.messages import Array, Decision, Event, KnownMap, RobotLimits, Status, Track, Way
@@ -51,8 +52,19 @@ class Wayfinder:
         self._tries = 0
         self._events: list[Event] = []
 
-    def follow(self, now: float, pose: Array, goal: Array, known: KnownMap, people: Sequence[Track]) -> None:
-        """What is known at `now` [s]: the robot's pose (3,), the route's next point (2,), the map, and who is there."""
+    def follow(
+        self,
+        now: float,
+        pose: Array,
+        goal: Array,
+        known: KnownMap,
+        people: Sequence[Track],
+        unseen: FieldGrid | None = None,
+    ) -> None:
+        """What is known at `now` [s]: the robot's pose (3,), the route's next point (2,), the map, and who is there.
+
+        `unseen` is 1 where a map that the robot draws has nothing yet, and 0 elsewhere.
+        """
         standing = self._who_stands(now, people)
         key = (goal.tobytes(), standing.tobytes())
         new_goal = key[0] != self._blocked[0]
@@ -61,9 +73,14 @@ class Wayfinder:
             if self._field is not None and not new_goal and key != self._blocked:
                 text = "around people who stand" if len(standing) else "as nobody stands in the way any more"
                 self._events.append(Event("info", "route", f"planned again, {text}"))
-            self._plan(now, pose, goal, known, standing)
+            self._plan(now, pose, goal, known, standing, unseen)
             self._blocked = key
         self._watch(now, pose, new_goal)
+
+    @property
+    def minds_unseen(self) -> bool:
+        """Whether a way over unseen floor costs more than its length."""
+        return self._route.unknown > 1.0
 
     def _who_stands(self, now: float, people: Sequence[Track]) -> Array:
         """Those who have stood for STOOD, as discs (k, 3)."""
@@ -79,11 +96,14 @@ class Wayfinder:
         long = [(*at, there[name].radius) for name, (at, since) in self._standing.items() if now >= since + STOOD]
         return np.array(long, float).reshape(-1, 3)
 
-    def _plan(self, now: float, pose: Array, goal: Array, known: KnownMap, standing: Array) -> None:
+    def _plan(
+        self, now: float, pose: Array, goal: Array, known: KnownMap, standing: Array, unseen: FieldGrid | None
+    ) -> None:
         floor = floor_of_map(known)
         self._floor = Floor(np.concatenate([floor.discs, standing]), floor.boxes)
         radius = self._limits.radius
-        self._field = field = WayField.of(self._floor, goal, radius, pose[None, :2], soft=self._route.clearance)
+        dear = {} if unseen is None else {"unseen": unseen, "factor": self._route.unknown}
+        self._field = field = WayField.of(self._floor, goal, radius, pose[None, :2], soft=self._route.clearance, **dear)
         grid, number = field.grid, 0 if self._way is None else self._way.number + 1
         self._way = Way(number, sealed(goal), sealed(grid.detour), sealed(np.array([grid.x, grid.y])), grid.cell)
         self._planned, self._known = now, known

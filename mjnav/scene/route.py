@@ -17,6 +17,9 @@ class Route:
         float, Range(0.0, 5.0, "m"), "that the way rather keeps from what stands: beside it costs 3 times its length"
     ] = 0.3
     ahead: Annotated[float, Range(0.2, 100.0, "m"), "how far along the way the point is to which methods drive"] = 1.5
+    unknown: Annotated[
+        float, Range(1.0, 100.0), "times its length that a way costs over floor unseen by a robot that draws its map"
+    ] = 1.0
     patience: Annotated[float, Range(0.5, 1000.0, "s"), "without progress, after which the robot recovers"] = 10.0
 
     def __post_init__(self):

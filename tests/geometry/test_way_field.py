@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mjnav.geometry.distance_field import FieldGrid
 from mjnav.geometry.floor import Floor, floor_of_map
 from mjnav.geometry.shortest_way import WayMap
 from mjnav.geometry.way_field import WayField
@@ -120,3 +121,16 @@ def test_the_floor_of_a_map_is_where_its_walls_and_discs_are():
     points = [[2.0, 0.6], [4.5, 0.0], [2.2, 2.0], [5.0, 6.0]]
     assert floor.clearance(points) == pytest.approx([0.5, 0.5, 1.0, 0.5])
     assert len(floor_of_map(KnownMap(np.zeros((0, 2, 2)), np.zeros(0), np.zeros((0, 3)))).boxes) == 0
+
+
+@pytest.mark.parametrize(("high", "expected"), [(20.0, 4.0 + 3.0), (1.0, 2.0 * np.hypot(2.0, 1.0) + 1.0)])
+def test_over_floor_that_was_not_seen_a_way_costs_a_multiple_of_its_length_and_goes_round_where_that_is_less(
+    high, expected
+):
+    """A strip from x = 2 to 3, which ends at y = 1 or goes on; its cells are half as wide as the field's."""
+    x, y = np.meshgrid(np.arange(-3.0, 9.0, 0.05), np.arange(-6.0, 6.0, 0.05))
+    unseen = FieldGrid(((x > 2.0) & (x < 3.0) & (np.abs(y) < high)).astype(float), -3.0, -6.0, 0.05)
+    posts = Floor(np.array([[-2.0, -5.0, 0.1], [8.0, 5.0, 0.1]]), EMPTY[1])
+    field = WayField.of(posts, (5.0, 0.0), RADIUS, [[0.0, 0.0]], unseen=unseen, factor=3.0)
+    assert field.way_left([[0.0, 0.0]])[0] == pytest.approx(expected, abs=0.2)
+    assert field.way_left([[6.0, 0.0]])[0] == 1.0, "behind it nothing changes"

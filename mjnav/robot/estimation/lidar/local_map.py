@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from mjnav.geometry.distance_field import DistanceField, FieldGrid
 from mjnav.geometry.distances import placed
-from mjnav.geometry.evidence_grid import CELL, FREE, EvidenceGrid, add_scan, field_of, seen_free, stand
+from mjnav.geometry.evidence_grid import CELL, FREE, OCCUPIED, EvidenceGrid, add_scan, field_of, seen_free, stand
 from mjnav.geometry.floor import Floor
 from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.robot.estimation.base import HEADING, PoseEstimator, assumed_noise
@@ -98,6 +98,13 @@ class LocalMap:
         self.seen = np.column_stack([surfaces, np.full(len(surfaces), SURFACE)])
         self.floor = Floor(np.concatenate([self._known.discs, self.seen]), self._known.boxes)
         return True
+
+    @property
+    def unseen(self) -> FieldGrid:
+        """1 at the middles of cells of which no scan says anything yet, 0 elsewhere."""
+        grid = self._grid
+        nothing = (grid.odds > FREE) & (grid.odds <= OCCUPIED)
+        return FieldGrid(nothing.astype(float), grid.x + 0.5 * CELL, grid.y + 0.5 * CELL, CELL)
 
     def free_way(self, pose: Array, v: float, omega: float, most: float) -> float:
         """How far [m] the robot gets from `pose` (3,) along the arc of (v, omega) over what was seen free, to `most`.

@@ -94,3 +94,14 @@ def test_a_wall_that_the_map_lacks_is_seen_and_driven_around():
 def test_a_map_that_is_none_has_no_differences(key, value):
     with pytest.raises(InvalidValue, match=f"estimation.map.{key}: .*nothing where source is"):
         mjnav.load_scenario("hall-lidar", {"estimation.map": {"source": "lidar", key: value}})
+
+
+def test_floor_that_beams_passed_is_seen_and_most_of_what_lies_behind_walls_is_not(driven):
+    """A few beams are said to have gone farther than the walls."""
+    unseen = driven._robot._local.unseen
+    y = unseen.y + unseen.cell * np.arange(len(unseen.clearance))
+    x = unseen.x + unseen.cell * np.arange(unseen.clearance.shape[1])
+    along = (x > 5.0) & (x < 12.0)
+    inside, behind = np.abs(y) < 2.8, (y > 3.5) & (y < 9.0)
+    assert unseen.clearance[np.ix_(inside, along)].mean() < 0.05
+    assert unseen.clearance[np.ix_(behind, along)].mean() > 0.6
