@@ -71,7 +71,7 @@ def test_the_folder_of_reports_is_also_the_call(path, tmp_path):
         mjnav.load_scenario,
         mjnav.compare,
         mjnav.sweep,
-        lambda wrong: mjnav.sweep("methods", folder=wrong or 0),
+        lambda wrong: mjnav.sweep("social", folder=wrong or 0),
         lambda wrong: mjnav.report(wrong if wrong != ["a.mcap"] else [3], "a.html"),
         lambda wrong: mjnav.report("a.mcap", wrong),
     ],

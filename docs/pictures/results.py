@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 PAGE = Path(__file__).parents[1] / "results.md"
 PICTURES = {
-    "Planners": "planners",
     "Among people": "people",
     "By lidar": "lidar",
 }  # by the start of a section's heading

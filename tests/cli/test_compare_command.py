@@ -55,8 +55,10 @@ def test_a_study_is_found_by_its_file_its_name_and_its_folder(mjnav, study):
 
 
 def test_files_are_written_by_their_names(mjnav, study, tmp_path):
-    said = mjnav("compare", "two.toml", "-o", "t.csv", "-o", "t.tex", "-o", "t.html")
-    assert [line.split(":")[0] for line in said.out.splitlines()[-3:]] == ["t.csv", "t.tex", "t.html"]
+    said = mjnav("compare", "two.toml", "-o", "t.csv", "-o", "t.tex", "-o", "t.html", "-o", "t.svg", "-o", "t.pdf")
+    assert [line.split(":")[0] for line in said.out.splitlines()[-5:]] == ["t.csv", "t.tex", "t.html", "t.svg", "t.pdf"]
+    assert (tmp_path / "t.pdf").read_bytes().startswith(b"%PDF")
+    assert (tmp_path / "t.svg").read_text().count("<!-- crossing1 -->") == 1
     with open("t.csv", newline="") as file:
         lines = list(csv.DictReader(file))
     assert len(lines) == 2 * (2 + 3 + 3) + 1  # the rows have three of the default figures; one win ratio

@@ -12,7 +12,7 @@ def test_a_shipped_file_is_printed_as_it_is(mjnav, tmp_path):
     assert (said.code, said.out, said.err) == (0, text, "")
     assert mjnav("show", "hall", "-o", "mine.toml").out == ""
     assert load("./mine.toml") == load("hall")
-    assert 'controller = "' in mjnav("show", "methods").out
+    assert 'controller = "' in mjnav("show", "social").out
 
 
 def test_with_a_seed_a_scene_is_printed_as_that_run_has_it(mjnav, tmp_path):

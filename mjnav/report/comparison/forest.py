@@ -20,7 +20,7 @@ def forest(results: StudyComparison) -> Figure:
     down = ceil(len(tables) / across)
     methods = max(len(table.rows) for table in tables)
     size = LABELS + PANEL * across, down * (HEAD + ROW * methods)
-    figure = Figure(figsize=size, dpi=150, layout="constrained")
+    figure = Figure(figsize=size, dpi=110, layout="constrained")
     panels = figure.subplots(down, across, sharex=True, squeeze=False)
     for i, axes in enumerate(panels.flat):
         if i >= len(tables):
