@@ -12,7 +12,7 @@ from mjnav.cli.terminal.progress import tell
 from mjnav.cli.terminal.tables import print_drawn, print_table
 from mjnav.errors import InputError, InvalidValue
 from mjnav.loop.prepare import OUT_FOLDER
-from mjnav.output_files import output_path
+from mjnav.output_files import output_path, replacement
 from mjnav.scene.overrides import overrides_of
 from mjnav.study.compare.study_comparison import StudyComparison
 from mjnav.study.study_file import MethodEntry
@@ -31,6 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         nargs="*",
         help="a shipped name, file.py:Class or module:Class; none: the reference",
     )
+    parser.add_argument("--suites", metavar="FILE", help="suites of your own; their rows lie beside it as .parquet")
     parser.add_argument("--suite", action="append", default=[], metavar="NAME", help="one of the suites; repeatable")
     parser.add_argument("--quick", action="store_true", help="a tenth of the layouts")
     parser.add_argument("--share", type=float, metavar="X", help="another share of the layouts, above 0 and up to 1")
@@ -42,9 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         help="a parameter of the methods, as weight=3; repeatable",
     )
-    parser.add_argument(
-        "--reference", action="store_true", help="run all shipped methods, and make the reference rows anew"
-    )
+    parser.add_argument("--reference", action="store_true", help="run all methods of the file, and make its rows anew")
     sweep_options.configure(parser)
     parser.add_argument("--folder", metavar="FOLDER", help="where rows go; runs/out/bench by default")
     parser.add_argument("-o", "--output", action="append", metavar="FILE", help=f"also to a file: {' '.join(OUTPUTS)}")
@@ -64,9 +63,10 @@ def execute(arguments: argparse.Namespace) -> int:
     if not 0.0 < share <= 1.0:
         raise InvalidValue("--share", arguments.share, "a number above 0, up to 1")
     if arguments.reference and (arguments.methods or arguments.suite or arguments.overrides):
-        raise InputError("--reference runs all shipped methods in all suites, as runs/bench/suites.toml has them")
+        raise InputError("--reference runs all methods of the file of suites in all of them")
     scheduler = sweep_options.chosen_scheduler(arguments)
-    bench, reference = Bench.load().only(arguments.suite), Reference.load()
+    bench = Bench.load(arguments.suites).only(arguments.suite)
+    reference = Reference.load(bench.rows)
     store = Store(arguments.folder or OUT_FOLDER / BENCH)
     methods = list(bench.methods) if arguments.reference else _entries(bench, arguments)
     code = 0
@@ -85,7 +85,9 @@ def execute(arguments: argparse.Namespace) -> int:
             return code
     if arguments.reference:
         reference, methods = Reference.of(store, bench), []
-        tell(f"{reference.write()}: {len(reference.table)} rows")
+        with replacement(bench.rows) as partial:
+            partial.write_bytes(reference.content())
+        tell(f"{bench.rows}: {len(reference.table)} rows")
     for suite in bench.suites:
         if reason := reference.differs(suite):
             tell(f"suite {suite.name}: {reason}")
@@ -99,7 +101,7 @@ def execute(arguments: argparse.Namespace) -> int:
         _print(results)
         for method in methods:
             for suite, episode, command in weakest(bench, store, method):
-                print(f"{method.shown} in {suite}, worst: {episode}\n    {command}")
+                print(f"{method.shown} in {suite}, worst: {episode}{command and f'\n    {command}'}")
         for path in outputs:
             print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
     return code

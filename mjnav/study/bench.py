@@ -1,7 +1,7 @@
 """`mjnav bench`: suites that nobody tunes on, with the rows of every method in them, beside which others are put.
 
-    runs/bench/suites.toml           the suites, each with a version, and the methods with their settings
-    runs/bench/reference.parquet     their reference rows, with the digests of the suites that they were made in
+    runs/bench/suites.toml        the suites, each with a version, and the methods with their settings
+    runs/bench/suites.parquet     their reference rows, with the digests of the suites that they were made in
 
 A suite is a study without methods of its own. A method is paired with the reference rows by scene, setting and seed.
 Rows of a suite of another version or digest are not compared.
@@ -10,6 +10,7 @@ Rows of a suite of another version or digest are not compared.
 import hashlib
 import io
 import json
+import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,12 +21,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from mjnav.errors import MjnavError, unknown_name
+from mjnav.errors import InvalidValue, MjnavError, unknown_name
 from mjnav.loop.provenance import provenance, revision
 from mjnav.scene.library import data_folder
 from mjnav.scene.load import read_text
 from mjnav.scene.toml import parse
 from mjnav.settings import Length, Range, read_document, settle
+from mjnav.settings.plugins import placed
 from mjnav.study.cells import Labels, resolve
 from mjnav.study.compare.cell_rows import CellRows, cell_rows, pooled
 from mjnav.study.compare.chosen_figures import WIN_BY, columns_for
@@ -39,7 +41,7 @@ from mjnav.study.trial import Trial
 if TYPE_CHECKING:
     import pyarrow
 
-BENCH, SUITES, ROWS = "bench", "suites.toml", "reference.parquet"  # the folder below runs/, and its files
+BENCH, SUITES = "bench", "suites.toml"  # the folder below runs/, and its file
 ALL = "all suites"
 HERE = "here"  # follows the name of a shipped method that is run beside its own reference rows
 FIGURES = (
@@ -60,6 +62,7 @@ class Suite:
     seeds: SeedRange
     set: Overrides = field(default_factory=dict)
     settings: tuple[SettingEntry, ...] = ()
+    source: str = field(default="", compare=False)  # the file it came from
 
     def __post_init__(self):
         settle(self)
@@ -68,7 +71,7 @@ class Suite:
         """The study of these methods in the suite."""
         return StudyFile(
             schema=1, name=f"{BENCH} {self.name}", scenes=self.scenes, methods=tuple(methods), seeds=self.seeds,
-            description=self.description, set=self.set, settings=self.settings,
+            description=self.description, set=self.set, settings=self.settings, source=self.source,
         )  # fmt: skip
 
     def digest(self) -> str:
@@ -79,22 +82,32 @@ class Suite:
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """runs/bench/suites.toml."""
+    """runs/bench/suites.toml, or a file of one's own."""
 
     schema: Annotated[int, Range(1, 1), "version of this format"]
     suites: Annotated[tuple[Suite, ...], Length(1, 100)]
     methods: Annotated[tuple[MethodEntry, ...], Length(1, 100)]
     set: Annotated[Overrides, "any keys of a run file, for all episodes"] = field(default_factory=dict)
+    source: str = field(default="", compare=False)  # the file it came from
 
     def __post_init__(self):
         settle(self)
 
     @classmethod
-    def load(cls) -> "Bench":
-        """The shipped one."""
-        name = str(_file(SUITES))
-        bench = read_document(cls, parse(read_text(name), name))
-        return replace(bench, suites=tuple(replace(s, set={**bench.set, **s.set}) for s in bench.suites))
+    def load(cls, path: str | None = None) -> "Bench":
+        """Of a file; the shipped one by default. Raises InvalidValue."""
+        name = path or str(data_folder("runs") / BENCH / SUITES)
+        try:
+            bench = read_document(cls, parse(read_text(name), name))
+        except InvalidValue as error:
+            raise error.within(file=name) from None
+        suites = tuple(replace(s, set={**bench.set, **s.set}, source=name) for s in bench.suites)
+        return replace(bench, suites=suites, source=name)
+
+    @property
+    def rows(self) -> Path:
+        """The file of the reference rows, beside this one."""
+        return Path(self.source).with_suffix(".parquet")
 
     def only(self, names: Sequence[str]) -> "Bench":
         """With these suites; with all where none is named. Raises InvalidValue for an unknown one."""
@@ -108,7 +121,7 @@ class Bench:
         """A method to be put beside the reference: with these parameters, or of a reference method as it is there."""
         shipped = next((method for method in self.methods if method.identifier == controller), None)
         if shipped is None:
-            return MethodEntry(controller, set=values)
+            return MethodEntry(placed(controller, os.getcwd()), controller, values, label=controller.rpartition(":")[2])
         return MethodEntry(shipped.controller, f"{controller} ({HERE})", {**shipped.set, **values})
 
     def trials(self, methods: Sequence[MethodEntry], seeds: Mapping[str, Sequence[int]]) -> list[Trial]:
@@ -120,10 +133,6 @@ class Bench:
                 wanted = trials(study, resolve(study))
                 found += [(i / len(wanted), trial) for i, trial in enumerate(wanted)]
         return [trial for _, trial in sorted(found, key=lambda pair: pair[0])]
-
-
-def _file(name: str) -> Path:
-    return data_folder("runs") / BENCH / name
 
 
 def share_of(seeds: Sequence[int], share: float) -> Sequence[int]:
@@ -142,17 +151,17 @@ class Reference:
     made: Mapping[str, Any]  # "suites": name -> version and digest; the facts of `loop.provenance`, "revision"
 
     @classmethod
-    def load(cls) -> "Reference":
-        """The shipped ones; none where there is no file. Raises MjnavError where it cannot be read."""
-        if not _file(ROWS).is_file():
+    def load(cls, file: Path) -> "Reference":
+        """Of a file; none where there is no file. Raises MjnavError where it cannot be read."""
+        if not file.is_file():
             return cls(schema().empty_table().select(COLUMNS), {"suites": {}})
         import pyarrow as pa
 
         try:
-            table = parquet().read_table(_file(ROWS))
+            table = parquet().read_table(file)
             return cls(table.select(COLUMNS), json.loads(table.schema.metadata[BENCH.encode()]))
         except (OSError, KeyError, ValueError, pa.ArrowException) as error:
-            raise MjnavError(f"{_file(ROWS)}: cannot be read ({error})") from None
+            raise MjnavError(f"{file}: cannot be read ({error})") from None
 
     @classmethod
     def of(cls, store: Store, bench: Bench) -> "Reference":
@@ -172,11 +181,6 @@ class Reference:
         table = self.table.replace_schema_metadata({BENCH: json.dumps(self.made)})
         parquet().write_table(table, file, compression="zstd", compression_level=19)
         return file.getvalue()
-
-    def write(self) -> Path:
-        """Replaces the shipped ones."""
-        _file(ROWS).write_bytes(self.content())
-        return _file(ROWS)
 
     def differs(self, suite: Suite) -> str | None:
         """Why the rows of a suite cannot be compared with; None where they can."""
@@ -266,7 +270,6 @@ def weakest(bench: Bench, store: Store, method: MethodEntry) -> Iterator[tuple[s
         ]
         if worst:
             seed, place = min(worst, key=lambda found: not found[0].why.startswith("touched"))
-            log = f"{place[0]}{seed.seed}.mcap"
-            yield suite.name, f"{place[0]}, seed {seed.seed}: {seed.why}", (
-                f"{commands[place]} --seed {seed.seed} --log {log}; mjnav report {log}"
-            )  # fmt: skip
+            log, command = f"{place[0]}{seed.seed}.mcap", commands.get(place)  # none of a scene that is given by path
+            again = "" if command is None else f"{command} --seed {seed.seed} --log {log}; mjnav report {log}"
+            yield suite.name, f"{place[0]}, seed {seed.seed}: {seed.why}", again

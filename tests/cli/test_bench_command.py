@@ -49,3 +49,44 @@ def test_values_that_are_no_parameter_and_no_share_are_refused(mjnav):
     assert (said.code, "did you mean 'rooms'?" in said.err) == (2, True)
     said = mjnav("bench", "rkhs", "--reference")
     assert (said.code, "--reference runs all" in said.err) == (2, True)
+
+
+OWN = """
+schema = 1
+[set]
+physics.engine = "kinematic"
+time_limit = 1.0
+[[suites]]
+name = "mine"
+version = 3
+description = "a scene of my own"
+scenes = ["./corner.toml"]
+seeds = { first = 7, count = 2 }
+[[methods]]
+controller = "mean"
+"""
+CORNER = """
+schema = 1
+name = "corner"
+[robot]
+start = [0.0, 0.0, 0.0]
+goal = [4.0, 0.0]
+"""
+
+
+def test_suites_of_ones_own_get_rows_of_their_own(mjnav, tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine/own.toml").write_text(OWN)
+    (tmp_path / "mine/corner.toml").write_text(CORNER)
+    (tmp_path / "parked.py").write_text(PARKED)
+    made = mjnav("bench", "--suites", "mine/own.toml", "--reference", "--folder", "rows", "--workers", "1")
+    assert made.code == 0, made.err
+    assert (tmp_path / "mine/own.parquet").is_file()
+    said = mjnav("bench", "parked.py:Parked", "--suites", "mine/own.toml", "--workers", "1", "--json")
+    assert said.code == 0, said.err
+    (table,) = json.loads(said.out)["tables"]
+    assert [(row["method"], row["episodes"]) for row in table["methods"]] == [("parked.py:Parked", 2), ("mean", 2)]
+
+    (tmp_path / "mine/own.toml").write_text(OWN.replace("version = 3", "version = 4"))
+    said = mjnav("bench", "parked.py:Parked", "--suites", "mine/own.toml", "--workers", "1")
+    assert "suite mine: the reference rows are of version 3, this is 4" in said.err

@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 
 from mjnav.errors import InvalidValue, MjnavError
-from mjnav.study import bench as module
 from mjnav.study.bench import Bench, Reference, comparison, share_of, weakest
 from mjnav.study.store.store import Store
 from tests.study.made_up import row
@@ -50,7 +49,7 @@ def own(tmp_path, seeds, scene="dsrnn", hit=()):
 
 def test_shipped_rows_are_of_the_suites_as_they_are(bench):
     """Whoever changes a suite raises its version, and makes the reference anew."""
-    shipped = Reference.load()
+    shipped = Reference.load(bench.rows)
     assert {suite.name: shipped.differs(suite) for suite in bench.suites} == {s.name: None for s in bench.suites}
     assert len(shipped.content()) < 3_000_000
     for suite in bench.suites:
@@ -125,11 +124,12 @@ def test_the_worst_episode_comes_with_the_command_that_repeats_it(small, tmp_pat
     assert "--seed 4 --log dsrnn4.mcap" in command
 
 
-def test_an_unknown_suite_and_a_broken_reference_are_named(bench, tmp_path, monkeypatch):
+def test_an_unknown_suite_a_wrong_file_and_broken_rows_are_named(bench, tmp_path):
     with pytest.raises(InvalidValue, match="dsrnn"):
         bench.only(["dsrn"])
-    (tmp_path / "bench").mkdir()
-    (tmp_path / "bench/reference.parquet").write_bytes(b"no Parquet")
-    monkeypatch.setattr(module, "data_folder", lambda name: tmp_path)
-    with pytest.raises(MjnavError, match=r"reference\.parquet: cannot be read"):
-        Reference.load()
+    (tmp_path / "own.toml").write_text("schema = 1\nsuites = []\n")
+    with pytest.raises(InvalidValue, match=r"own\.toml: suites: found"):
+        Bench.load(str(tmp_path / "own.toml"))
+    (tmp_path / "own.parquet").write_bytes(b"no Parquet")
+    with pytest.raises(MjnavError, match=r"own\.parquet: cannot be read"):
+        Reference.load(tmp_path / "own.parquet")
