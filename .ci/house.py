@@ -17,13 +17,13 @@ from types import FrameType
 
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
-    ".": 597,
-    "cli": 2623,
-    "compile": 303,
+    ".": 601,
+    "cli": 2749,
+    "compile": 351,
     "constraints": 357,
-    "control": 3132,
+    "control": 3155,
     "filters": 289,
-    "geometry": 912,
+    "geometry": 936,
     "gym": 273,
     "log": 3280,
     "loop": 2324,
@@ -31,16 +31,16 @@ BUDGETS = {  # code lines
     "motion": 564,
     "noise": 806,
     "paper": 1095,
-    "report": 2627,
+    "report": 2677,
     "rkhs": 97,
-    "robot": 3851,
-    "scene": 3721,
+    "robot": 3908,
+    "scene": 3724,
     "settings": 808,
-    "study": 3338,
-    "world": 2687,
+    "study": 3535,
+    "world": 2703,
 }
-MOST_FILES = 329
-MOST_IMPORTS = 0.104  # of all code lines
+MOST_FILES = 332
+MOST_IMPORTS = 0.1045  # of all code lines
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
