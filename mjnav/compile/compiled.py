@@ -223,5 +223,5 @@ def _helper(modules: Sequence[str], share: float) -> "subprocess.Popen[bytes]":
         "compiled.compile_from(compiled._kernels_of(asked['modules']), asked['share'])\n"
     )
     asked = json.dumps({"path": sys.path, "modules": modules, "share": share})
-    quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    return subprocess.Popen([sys.executable, "-c", program, asked], **quiet)
+    nothing = subprocess.DEVNULL
+    return subprocess.Popen([sys.executable, "-c", program, asked], stdin=nothing, stdout=nothing, stderr=nothing)

@@ -62,7 +62,8 @@ class FloorMap(Constant):
         self._faces = np.stack([ends - self._across[:, None], ends + self._across[:, None]], axis=1)  # (W, 2, 2, 2)
         self._index = np.arange(len(ends))
         left, right = (None, None) if scenario.lanes is None else (scenario.lanes.left, scenario.lanes.right)
-        self.known = KnownMap(*map(sealed, (np.stack([start, end], axis=1), 2.0 * half[:, 0], discs)), left, right)
+        lines = sealed(np.stack([start, end], axis=1))
+        self.known = KnownMap(lines, sealed(2.0 * half[:, 0]), sealed(discs), left, right)
 
     def discs(self, position: Array) -> tuple[ObstacleSamples, ...]:
         """The legs and pillars that controllers see from `position` (2,)."""
