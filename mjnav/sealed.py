@@ -64,8 +64,8 @@ def checked_copy(what: str, values: Any, shape: tuple[int, ...]) -> Array:
 
 
 def sealed_message(message: Any) -> Any:
-    """A message of `mjnav.messages`, or a part of one, with every array in it sealed."""
-    return _with_arrays(message, sealed)
+    """A message of `mjnav.messages`, or a part of one, with every array in it sealed, in objects of its own."""
+    return _with_arrays(message, lambda array: sealed(array).view())
 
 
 def twin(message: Any) -> Any:

@@ -176,7 +176,7 @@ import crowd walkers.txt --duration 0 -> --duration: found 0.0; allowed: a numbe
 import crowd walkers.txt --frame-rate 25 --set crowd.scal=2 -> --set: crowd.scal: found 'scal'; allowed: crop,
 import crowd walkers.txt --frame-rate 25 -o c.toml --set crowd.window=[90.0,99.0] -> --set: crowd.window: found (90.0
 import crowd walkers.txt --frame-rate 25 -o c.toml --set robot.radus=1 -> c.toml: robot.radus: found 'radus'; allowed
-render a.mcap -o a.gif -> --output: found 'a.gif'; allowed: a file name that ends in .png or .mp4
+render a.mcap -o a.avi -> --output: found 'a.avi'; allowed: a file name that ends in .png or .mp4 or .gif
 render a.mcap -o no/a.mp4 -> there is no folder
 render a.mcap -o a.png --size big -> --size: found 'big'
 render a.mcap -o a.png --at 2 -> --at: found 2.0; allowed: a time from 0 to 0.4 s
