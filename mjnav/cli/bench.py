@@ -57,9 +57,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from mjnav.study.store.store import Store
 
     outputs = [output_path("--output", given, *OUTPUTS) for given in arguments.output or ()]
-    share = (
-        QUICK if arguments.quick and arguments.share is None else 1.0 if arguments.share is None else arguments.share
-    )
+    share = (QUICK if arguments.quick else 1.0) if arguments.share is None else arguments.share
     if not 0.0 < share <= 1.0:
         raise InvalidValue("--share", arguments.share, "a number above 0, up to 1")
     if arguments.reference and (arguments.methods or arguments.suite or arguments.overrides):
@@ -71,14 +69,12 @@ def execute(arguments: argparse.Namespace) -> int:
     methods = list(bench.methods) if arguments.reference else _entries(bench, arguments)
     code = 0
     if methods:
-        shared = [suite for suite in bench.suites if arguments.reference or not reference.differs(suite)]
-        seeds = {
-            suite.name: list(suite.study(methods).all_seeds)
-            if arguments.reference or suite not in shared
-            else reference.seeds(suite.study(methods).name)
-            for suite in bench.suites
-        }
-        wanted = bench.trials(methods, {name: share_of(found, share) for name, found in seeds.items()})
+        seeds = {}
+        for suite in bench.suites:
+            study = suite.study(methods)
+            own = arguments.reference or reference.differs(suite) is not None
+            seeds[suite.name] = share_of(study.all_seeds if own else reference.seeds(study.name), share)
+        wanted = bench.trials(methods, seeds)
         report = run(arguments, scheduler, BENCH, wanted, store, f"# {arguments.command_line}\n", resume=True)
         code = INTERRUPTED if report.interrupted else 1 if report.failed else 0
         if code == INTERRUPTED and arguments.reference:
