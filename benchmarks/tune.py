@@ -1,4 +1,4 @@
-"""Tunes methods by the rules that the study `tuning` states: every method with the same number of settings and episodes.
+"""Tunes methods by the rules that the study `tuning` states: for every method as many settings and episodes.
 
     python benchmarks/tune.py METHOD ... [-o FOLDER] [--workers N]
 

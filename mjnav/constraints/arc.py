@@ -14,6 +14,8 @@ and the distance shrinks at the root w = (b - sqrt(b^2 - A C)) / A = C / (b + sq
 robot comes into contact. A wall is the two lines at R beside it between its ends, and a disc about either end.
 
 What is nearer than R at the start counts as touched where it would come nearer still, so that the robot may leave it.
+A disc that moves is met where it is at the time, which is looked for in small steps.
+
 The substitution is Weierstrass's; the use of the distance is that of Fox, Burgard & Thrun (1997), "The Dynamic Window
 Approach to Collision Avoidance".
 """
@@ -110,6 +112,38 @@ def _ways(out: Matrix, v: Vector, omega: Vector, disc: Matrix, wall: Matrix, lin
             out[k, num_discs + num_walls + b] = _to_line(
                 back * line[b, 0], turn * line[b, 1], line[b, 2], near, curvature
             )
+
+
+@kernel
+def _moving_ways(out: Matrix, v: Vector, omega: Vector, disc: Matrix, velocity: Matrix, times: Vector):
+    """See `contact_distance_moving`."""
+    out[:] = np.inf
+    for k in range(v.size):
+        if abs(v[k]) < STANDSTILL:
+            continue
+        ahead, left = 1.0 if v[k] > 0.0 else -1.0, 1.0 if v[k] * omega[k] >= 0.0 else -1.0
+        for b in range(disc.shape[0]):
+            last, before = 0.0, np.hypot(disc[b, 0], disc[b, 1])
+            for t in times:
+                x, y = _place(abs(v[k]) * t, abs(omega[k] / v[k]))
+                dx, dy = disc[b, 0] + t * velocity[b, 0] - ahead * x, disc[b, 1] + t * velocity[b, 1] - left * y
+                distance = np.hypot(dx, dy)
+                if distance < min(disc[b, 2], before):
+                    out[k, b] = abs(v[k]) * last
+                    break
+                last, before = t, distance
+
+
+def contact_distance_moving(v: Array, omega: Array, disc: Array, velocity: Array, times: Array) -> Array:
+    """The way [m] along the arc of every (v, omega), (K,) each, before it meets discs that move: (K, D).
+
+    In the robot's frame: discs (D, 3) x, y, R and their velocities (D, 2) [m/s]. They are met at one of `times` (T,)
+    [s], ascending; the way is that of the time before. inf without contact, as for a robot that stands or turns on the
+    spot.
+    """
+    out = np.empty((len(v), len(disc)))
+    _moving_ways(out, v, omega, disc, velocity, times)
+    return out
 
 
 def contact_distance(v: ArrayLike, omega: ArrayLike, disc: ArrayLike, wall: ArrayLike, line: ArrayLike) -> Array:

@@ -4,6 +4,7 @@ With J the goal cost (`problem/goal_cost.py`) and a method's risk of every disc 
 
     WeightedController      u* = argmin_u  J(u) + lambda sum_j risk_j(u) + sum_i lambda_i risk_i(u)
     ConstrainedController   u* = argmin_u  J(u)   subject to   risk_j(u) <= bound,  risk_i(u) <= bound
+                       or   u* = argmin_u  J(u) + penalty (sum_j [risk_j(u) - bound]_+ + sum_i [risk_i(u) - bound]_+)
 """
 
 from abc import ABC, abstractmethod
@@ -161,6 +162,8 @@ class ConstrainedController(GridController[P]):
 
     The candidate of least goal cost among those whose every risk is within the bound. Where there is none, status
     `infeasible`: of those with the smallest violation, summed over the constraints, the one of least goal cost.
+
+    Where its parameters have a finite `penalty`, nothing is forbidden: the violation is a cost.
     """
 
     @property
@@ -168,19 +171,29 @@ class ConstrainedController(GridController[P]):
         """The risk that is allowed of each constraint."""
         return 0.0
 
+    @property
+    def penalty(self) -> float:
+        """Of the violation; infinite where it is forbidden."""
+        return getattr(self.parameters, "penalty", inf)
+
     @abstractmethod
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """The risk of every disc and wall in reach, (K, B), and of the lanes, (K, 2)."""
 
     def evaluate(self, problem: Problem) -> CandidateCosts:
-        """Goal cost of the feasible candidates, or, if none is, of those with the smallest violation; else infinite."""
+        """Goal cost of the feasible candidates, or, if none is, of those with the smallest violation; else infinite.
+
+        With a finite penalty J + penalty times the violation of all.
+        """
         cone, lane = self.risk(problem)
-        allowed = least_violating(self._excess(cone, lane))
-        return candidate_costs(problem, cone, lane, np.where(allowed, problem.goal_cost, inf))
+        excess = self._excess(cone, lane)
+        if self.penalty < inf:
+            return candidate_costs(problem, cone, lane, problem.goal_cost + self.penalty * excess)
+        return candidate_costs(problem, cone, lane, np.where(least_violating(excess), problem.goal_cost, inf))
 
     def status(self, problem: Problem, costs: CandidateCosts, best: int) -> Status:
-        """`infeasible` where the chosen candidate exceeds the bound."""
-        if self._excess(costs.cone[[best]], costs.lane[[best]]) > 0.0:
+        """`infeasible` where the chosen candidate exceeds the bound although that is forbidden."""
+        if self.penalty == inf and self._excess(costs.cone[[best]], costs.lane[[best]]) > 0.0:
             return Status.INFEASIBLE
         return super().status(problem, costs, best)
 

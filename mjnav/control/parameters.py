@@ -27,6 +27,9 @@ LaneWeights = Annotated[tuple[Weight, Weight], "of the risk of the lane boundari
 Seconds = Annotated[float, Range(LEAST, MOST, "s")]
 Share = Annotated[float, Range(0.0, 1.0)]
 Positive = Annotated[float, Range(LEAST, MOST)]
+Penalty = Annotated[
+    float, Range(0.0, MOST, or_inf=True), "of what exceeds the bound, added to the goal cost; inf: it is forbidden"
+]
 
 
 def at_least(key: str, value: float, low: float, *, above: bool = False) -> None:

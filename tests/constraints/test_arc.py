@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from mjnav.constraints.arc import contact_distance
+from mjnav.constraints.arc import contact_distance, contact_distance_moving
 
 STEPS = 4000
 LONGEST = 5.0  # [m] of way that is stepped
@@ -139,6 +139,21 @@ def test_an_arc_meets_a_wall_only_between_its_ends_and_else_the_end_that_is_near
     beyond = to_wall(1.0, side * 0.5, (2.1, side * 2.5), (5.0, side * 2.5), 0.5)
     assert beyond == to_disc(1.0, side * 0.5, 2.1, side * 2.5, 0.5)
     assert beyond != pytest.approx(pi)
+
+
+@given(SPEED, st.floats(-1.5, 1.5), PLACE, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), RADIUS)
+def test_a_disc_that_moves_is_met_where_it_is_then(v, omega, place, vx, vy, radius):
+    assume(hypot(*place) > radius + 1e-3)
+    times = 0.01 * np.arange(1, 301)
+    way = contact_distance_moving(
+        np.array([v]), np.array([omega]), np.array([[*place, radius]]), np.array([[vx, vy]]), times
+    )
+    heading = omega * times
+    x, y = (np.cumsum(v * 0.01 * turn(heading - 0.005 * omega)) for turn in (np.cos, np.sin))
+    gap = np.hypot(place[0] + vx * times - x, place[1] + vy * times - y) - radius
+    assume(np.abs(gap).min() > 1e-3)
+    met = np.flatnonzero(gap < 0.0)
+    assert way[0, 0] == (pytest.approx(abs(v) * (times[met[0]] - 0.01)) if len(met) else inf)
 
 
 def test_columns_are_discs_then_walls_then_lines():

@@ -85,6 +85,27 @@ def test_a_constrained_method_takes_the_least_excess_where_nothing_is_allowed(ob
     assert {Status.INFEASIBLE, Status.OK} <= seen
 
 
+@pytest.mark.parametrize("name", ["cvar", "gaussian-linearised", "gaussian-moments", "saa"])
+def test_a_penalty_charges_what_exceeds_the_bound_and_a_large_one_forbids_it(observe, name):
+    charging, severe, forbidding = (
+        make_controller(name, RobotLimits(min_speed=-0.2), 0.2, num_v=4, num_omega=5, penalty=penalty)
+        for penalty in (0.3, 1e6, np.inf)
+    )
+    differ = 0
+    for seed in range(20):
+        o = observe(seed, near=0.5, far=4.0)
+        costs, bound = charging.decide(o).costs, charging.bound
+        excess = sum(np.maximum(risk - bound, 0.0).sum(axis=1) for risk in (costs.cone, costs.lane))
+        assert costs.total == pytest.approx(costs.goal + 0.3 * excess, rel=1e-12)
+        chosen, decided = forbidding.decide(o), severe.decide(o)
+        if excess.min() == 0.0:
+            assert (decided.v, decided.omega) == (chosen.v, chosen.omega)
+        else:
+            assert decided.status != Status.INFEASIBLE == chosen.status
+        differ += (charging.decide(o).v, charging.decide(o).omega) != (chosen.v, chosen.omega)
+    assert differ
+
+
 def test_the_closest_obstacles_samples_are_those_of_the_decision(observe, limits):
     o = observe(7, num_obstacles=4)
     gaps = [np.hypot(*(d.position.mean(0) - o.robot_pose[:, :2].mean(0))) - d.radius for d in o.obstacles]

@@ -27,7 +27,8 @@ def gram_mmd(x, y, p):
     def k(a, b):
         return ((p.scale * np.outer(a, b) + p.offset) ** p.degree).mean()
 
-    return float(k(x, x) - 2.0 * k(x, y) + k(y, y))
+    squared = float(k(x, x) - 2.0 * k(x, y) + k(y, y))
+    return sqrt(max(squared, 0.0)) if p.root else squared
 
 
 class Literal:
@@ -152,7 +153,7 @@ class Literal:
         return safe
 
     def risk(self, kind, j):
-        """MMD^2 of every candidate."""
+        """MMD^2 of every candidate, or MMD."""
         desired = self.desired(kind, j)
         values = []
         for u in self.controls:
@@ -214,6 +215,11 @@ def test_rkhs_decides_as_written_down(observe, form, degree, seed):
 def test_rkhs_decides_as_written_down_whatever_is_switched(observe, normalise, clip, window):
     options = {"normalise": normalise, "clip": clip, "window": window, "degree": 2, "scale": 0.7, "offset": 1.3}
     assert_same(observe(31, spread=0.25), "rkhs", **options, horizon=1.5, preview=0.6, lane_weights=[2.0, 5.0])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rkhs_by_the_root_of_the_match_decides_as_written_down(observe, seed):
+    assert_same(observe(seed), "rkhs", root=True, degree=2, lane_weights=[0.0, 0.0])
 
 
 @pytest.mark.parametrize("seed", range(12))

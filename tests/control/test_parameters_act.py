@@ -15,12 +15,13 @@ OTHER = {  # than the default and than a preset's value
     "desired_min": 60, "effective_centre": 0.4, "effort_weight": 0.9, "eta": 0.55, "fading": 1.0, "form": "ray",
     "goal_weight": 0.7, "hold": 1.0, "half_track": 0.3, "heading_weight": 2.0, "horizon": 1.0, "knots": 4,
     "lane_horizon": 3.0, "lane_weights": (3.0, 20.0), "margin": 0.35, "margin_growth": 0.25, "max_obstacles": 1,
-    "num_components": 3, "num_iterations": 3, "num_omega": 6, "num_speeds": 4, "num_turn_rates": 4, "num_v": 6,
-    "offset": 2.0, "preferred_speed": 0.4, "preview": 0.7, "progress_weight": 3.0, "responsibility": 0.5,
-    "risk_bound": 1.0, "rollouts": 30, "safety_margin": 0.3, "scale": 2.0, "sensing_range": 1.0,
-    "speed_change_weight": 0.7, "speed_noise": 0.1, "standing_margin": 0.3, "std_floor": 0.2, "step": 0.3, "steps": 12,
-    "tail": "quantile", "temperature": 0.005, "time_horizon": 1.0, "turn_change_weight": 0.7, "turn_noise": 0.2,
-    "wall_horizon": 4.0, "weight": 7.0, "window": "bounds",
+    "moving": True, "num_components": 3, "num_iterations": 3, "num_omega": 6, "num_speeds": 4, "num_turn_rates": 4,
+    "num_v": 6, "offset": 2.0, "penalty": 4.0, "preferred_speed": 0.4, "preview": 0.7, "progress_weight": 3.0,
+    "responsibility": 0.5, "risk_bound": 1.0, "rollouts": 30, "root": True, "safety_margin": 0.3, "scale": 2.0,
+    "sensing_range": 1.0,
+    "speed_change_weight": 0.7, "speed_noise": 0.1, "spread": 2.0, "standing_margin": 0.3, "std_floor": 0.2,
+    "step": 0.3, "steps": 12, "tail": "quantile", "temperature": 0.005, "time_horizon": 1.0, "turn_change_weight": 0.7,
+    "turn_noise": 0.2, "wall_horizon": 4.0, "weight": 7.0, "window": "bounds",
 }  # fmt: skip
 # What acts under another parameter's value alone, and that value.
 UNDER = {"horizon": {"form": "segment"}, "offset": {"degree": 3}, "ball": {"desired_min": 60}}

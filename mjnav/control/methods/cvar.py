@@ -9,7 +9,8 @@ the mean; from eta = 1 - 1/n on, the largest sample. As a constraint of a robot'
 (2024, arXiv 2412.09121), "MMD-OPT".
 
 f enters as the other methods see it: normalised and clipped. Where every candidate's CVaR is above 0 for some
-constraint, the decision is `infeasible`: what exceeds 0, summed over the constraints, is least.
+constraint, the decision is `infeasible`: what exceeds 0, summed over the constraints, is least. With a finite `penalty`
+that sum is a cost in place of a constraint, as in the baseline.
 """
 
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ import numpy as np
 from mjnav.compile.compiled import Vector, kernel
 from mjnav.control.base import ConstrainedController, stored_risk
 from mjnav.control.kernels.cone_kernel import Samples
-from mjnav.control.parameters import Parameters, Share
+from mjnav.control.parameters import Parameters, Penalty, Share
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
 
@@ -33,6 +34,7 @@ class CvarParameters(Parameters):
     """The shared parameters and the level of the conditional value at risk."""
 
     eta: Annotated[Share, "the mean of the worst share 1 - eta of samples must be safe"] = 0.9
+    penalty: Penalty = inf
 
 
 class Cvar(ConstrainedController[CvarParameters]):

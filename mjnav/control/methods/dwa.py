@@ -12,7 +12,8 @@ dist |omega / v| being the angle turned until then. Among those,
 
 (Fox, Burgard & Thrun 1997, "The Dynamic Window Approach to Collision Avoidance"). The shared goal cost J stands in
 place of the published terms of heading and speed, so that only the risk differs from other methods. The velocities of
-obstacles are ignored, as published.
+obstacles are ignored, as published, unless `moving` says otherwise: then a disc goes on at its mean velocity (Seder &
+Petrovic 2007, "Dynamic window based approach to mobile robot motion control in the presence of moving obstacles").
 
 Infeasible: no candidate is admissible. Then only those remain whose stopping distance, v^2 / 2a or
 |v omega| / 2a_omega, exceeds the distance to the contact least.
@@ -24,7 +25,7 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.constraints.arc import contact_distance
+from mjnav.constraints.arc import contact_distance, contact_distance_moving
 from mjnav.constraints.walls import lane_distance
 from mjnav.control.base import GridController
 from mjnav.control.parameters import LEAST, MOST, GridParameters, Weight
@@ -33,6 +34,8 @@ from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Status
 from mjnav.settings import Range
 
+AHEAD = 0.05 * np.arange(1, 101)  # [s] at which discs that move are looked for
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DwaParameters(GridParameters):
@@ -40,6 +43,7 @@ class DwaParameters(GridParameters):
 
     weight: Annotated[Weight, "of the clearance against the goal cost"] = 1.0
     clearance: Annotated[float, Range(LEAST, MOST, "m"), "free way beyond which more of it counts for nothing"] = 2.0
+    moving: Annotated[bool, "whether discs go on at their mean velocity"] = False
 
 
 class Dwa(GridController[DwaParameters]):
@@ -89,6 +93,8 @@ class Dwa(GridController[DwaParameters]):
                 for boundary, noise, inwards in sides
             ])  # fmt: skip
         ways = contact_distance(v, omega, disc, wall, line)
+        if self.parameters.moving:
+            ways[:, : len(disc)] = contact_distance_moving(v, omega, disc, discs.velocity @ to_robot, AHEAD)
         return ways if o.lanes is not None else np.column_stack([ways, np.full((len(v), 2), inf)])
 
     def excess(self, v: Array, omega: Array, ways: Array) -> Array:

@@ -19,11 +19,12 @@ is that of the segment form, whatever `form` says of the nominal control.
 
 The risk is that probability, allowed up to delta. `infeasible`: no candidate is allowed, and the one whose
 probabilities above delta sum to the least is taken: by how many metres a constraint is missed grows with the spread of
-what is far off, and would weigh more than a wall close by.
+what is far off, and would weigh more than a wall close by. With a finite `penalty` that sum is a cost in place of a
+constraint.
 """
 
 from dataclasses import dataclass
-from math import erfc, sqrt
+from math import erfc, inf, sqrt
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -31,7 +32,7 @@ import numpy as np
 from mjnav.compile.compiled import Cube, Matrix, Vector, kernel
 from mjnav.constraints.collision_cone import STANDSTILL
 from mjnav.control.base import ConstrainedController
-from mjnav.control.parameters import GridParameters
+from mjnav.control.parameters import GridParameters, Penalty
 from mjnav.control.problem.obstacles import Discs
 from mjnav.control.problem.problem import Problem
 from mjnav.control.problem.samples import lane_samples
@@ -50,6 +51,7 @@ class GaussianLinearisedParameters(GridParameters):
     delta: Annotated[
         float, Range(0.0, 0.5, open_low=True), "probability that one constraint is violated; at 0.5 the mean decides"
     ] = 0.1
+    penalty: Penalty = inf
 
 
 class Motion(NamedTuple):

@@ -16,11 +16,12 @@ has most where the obstacle is far.
 
 The risk is Phi(mean / std), the probability of f > 0 were f Gaussian, allowed up to Phi(-k). `infeasible`: no
 candidate is allowed, and the one whose risks above that sum to the least is taken: mean + k std itself grows with the
-spread of what is far off, and would weigh more than a wall close by.
+spread of what is far off, and would weigh more than a wall close by. With a finite `penalty` that sum is a cost in
+place of a constraint.
 """
 
 from dataclasses import dataclass
-from math import sqrt
+from math import inf, sqrt
 from statistics import NormalDist
 from typing import Annotated
 
@@ -30,7 +31,7 @@ from mjnav.compile.compiled import kernel
 from mjnav.control.base import ConstrainedController
 from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.methods.gaussian_linearised import probability
-from mjnav.control.parameters import Parameters
+from mjnav.control.parameters import Parameters, Penalty
 from mjnav.control.problem.obstacles import Discs, blocks, straightened
 from mjnav.control.problem.problem import Problem
 from mjnav.control.problem.samples import SampleCone, lane_samples
@@ -57,6 +58,7 @@ class GaussianMomentsParameters(Parameters):
     tail: Annotated[str, Choice(TAILS), "bound on f: cantelli holds for any distribution, quantile for a Gaussian"] = (
         "cantelli"
     )
+    penalty: Penalty = inf
 
 
 class GaussianMoments(ConstrainedController[GaussianMomentsParameters]):

@@ -22,6 +22,9 @@ A wall gives the half-plane against its nearest point p with V_now = 0, as the p
 V . p / |p| <= max(0, |p| - R) / T, T the `wall_horizon`; the robot may drive along the wall and away from it. A lane
 boundary is not to be crossed within `lane_horizon`.
 
+With a `spread` k the radius of each disc is larger by k sqrt(tr(Sigma_robot + Sigma_j) / 2): a margin for uncertainty
+that the published method does not have.
+
 Infeasible: no reachable V obeys all half-planes. Then the largest violation of any of them is made as small as it can
 be.
 """
@@ -53,6 +56,9 @@ class OrcaParameters(SightParameters):
     responsibility: Annotated[Positive, "alpha, share of the avoidance that the robot takes on"] = 1.0
     wall_horizon: Annotated[Seconds, "T, time ahead free of collisions with walls"] = 2.0
     lane_horizon: Annotated[Seconds, "time ahead in which no lane boundary is crossed"] = 1.0
+    spread: Annotated[
+        float, Range(0.0, MOST), "standard deviations of the relative position that are added to the radius of a disc"
+    ] = 0.0
 
 
 class Orca(ProblemController[OrcaParameters]):
@@ -89,10 +95,14 @@ class Orca(ProblemController[OrcaParameters]):
 
     def _discs(self, problem: Problem) -> tuple[Array, Array]:
         p, to_robot = self.parameters, problem.to_robot
-        discs = problem.discs_until(p.time_horizon).means().take(problem.reach.discs)
+        near = problem.discs_until(p.time_horizon).take(problem.reach.discs)
+        discs = near.means()
         now = problem.observation.twist * np.array([1.0, p.effective_centre])
         position = (discs.position - problem.mean_pose[:2]) @ to_robot - np.array([p.effective_centre, 0.0])
         radius = discs.radius + self._radius + p.safety_margin
+        if p.spread:
+            own = problem.observation.robot_pose[:, :2].var(axis=0)
+            radius += p.spread * np.sqrt(0.5 * (own + near.variances()).sum(axis=1))
         relative_velocity = now - discs.velocity @ to_robot
         normal, depth = velocity_obstacle_exits(position, relative_velocity, radius, p.time_horizon, self.period)
         return normal, normal @ now + p.responsibility * depth

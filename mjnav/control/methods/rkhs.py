@@ -36,6 +36,7 @@ class RkhsParameters(MatchingParameters):
     degree: Annotated[int, Range(1, 10), "d of the kernel (scale x y + offset)^d"] = 1
     scale: Annotated[Positive, "of the kernel"] = 1.0
     offset: Annotated[Positive, "of the kernel"] = 1.0
+    root: Annotated[bool, "whether the risk is MMD in place of its square, which is flat where it vanishes"] = False
 
     @property
     def kernel(self) -> PolynomialKernel:
@@ -47,7 +48,10 @@ class Rkhs(MatchingController[RkhsParameters]):
     """The candidate whose constraint distributions match collision-free ones best, against its goal cost."""
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
-        """MMD^2(F_j(u), F_j^des) of every disc and wall, (K, B), and MMD^2(D_i(u), D_i^des) of both lanes, (K, 2)."""
+        """MMD^2(F_j(u), F_j^des) of every disc and wall, (K, B), and MMD^2(D_i(u), D_i^des) of both lanes, (K, 2).
+
+        With `root` their roots.
+        """
         c, desired, kernel = problem.candidates, self.desired(problem), self.parameters.kernel
 
         # Where F^des is empty, max(0, f) is compared with 0.
@@ -63,4 +67,4 @@ class Rkhs(MatchingController[RkhsParameters]):
             lane[:, side] = moment_distance(
                 raw_moments(d, kernel.degree), raw_moments(d_desired, kernel.degree), kernel
             )
-        return cone, lane
+        return (np.sqrt(cone), np.sqrt(lane)) if self.parameters.root else (cone, lane)

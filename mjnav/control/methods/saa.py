@@ -9,10 +9,11 @@ Driving".
 
 Where every candidate exceeds a bound, the decision is `infeasible`: the shares' excess, summed over the constraints, is
 least. A share does not say by how much a sample collides, so where all samples of all candidates do, only the goal is
-left to choose by.
+left to choose by. With a finite `penalty` the excess is a cost in place of a constraint.
 """
 
 from dataclasses import dataclass
+from math import inf
 from typing import Annotated
 
 import numpy as np
@@ -20,7 +21,7 @@ import numpy as np
 from mjnav.compile.compiled import Matrix, Vector, kernel
 from mjnav.control.base import ConstrainedController, stored_risk
 from mjnav.control.kernels.cone_kernel import Samples
-from mjnav.control.parameters import GridParameters, Share
+from mjnav.control.parameters import GridParameters, Penalty, Share
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
 
@@ -30,6 +31,7 @@ class SaaParameters(GridParameters):
     """The candidates' parameters and the level of the chance constraint."""
 
     eta: Annotated[Share, "the least share of safe samples; 0 allows everything"] = 0.95
+    penalty: Penalty = inf
 
 
 class Saa(ConstrainedController[SaaParameters]):

@@ -82,6 +82,14 @@ class Discs:
             self.radius,
         )
 
+    def variances(self) -> Array:
+        """Of each disc's position by x and y, (J, 2) [m^2]."""
+        count, first = np.diff(self.start), self.start[:-1]
+        if not len(count):
+            return np.zeros((0, 2))
+        departure = self.position - np.repeat(self.means().position, count, axis=0)
+        return np.add.reduceat(departure * departure, first) / count[:, None]
+
 
 @exact
 def _rows_of(start: Indices, chosen: Indices):

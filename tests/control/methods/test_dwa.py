@@ -98,3 +98,12 @@ def test_where_nothing_is_admissible_it_brakes_and_says_so(alone, dwa):
     assert decision.status == Status.INFEASIBLE
     assert decision.v == pytest.approx(0.7)
     assert np.isfinite(decision.costs.total).any()
+
+
+def test_people_who_go_on_are_met_only_where_that_is_asked_for(alone, dwa):
+    minding = make_controller("dwa", RobotLimits(), PERIOD, moving=True)
+    leaving, coming = disc(1.5, 0.0, vx=1.5), disc(3.5, 0.0, vx=-1.0)
+    for body, meets, minded in ((leaving, True, False), (coming, False, True)):
+        o = alone(twist=(0.6, 0.0), obstacles=(body,))
+        risks = [controller.decide(o).costs.cone.max() for controller in (dwa, minding)]
+        assert [risk > 0.0 for risk in risks] == [meets, minded]

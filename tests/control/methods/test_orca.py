@@ -82,6 +82,17 @@ def test_what_obeys_the_half_planes_keeps_the_effective_disc_clear_for_the_horiz
         assert side * d + radius <= 1e-6
 
 
+def test_a_spread_makes_each_disc_larger_by_so_many_deviations_of_the_relative_position(observe):
+    plain, wary = (make_controller("orca", FREE, PERIOD, spread=spread) for spread in (0.0, 2.0))
+    o = observe(3, near=2.0)
+    own = o.robot_pose[:, :2].var(axis=0)
+    larger = tuple(
+        replace(d, radius=d.radius + 2.0 * np.sqrt(0.5 * (own + d.position.var(axis=0)).sum())) for d in o.obstacles
+    )
+    expected, found = plain.half_planes(plain.problem(replace(o, obstacles=larger))), wary.half_planes(wary.problem(o))
+    assert all(a == pytest.approx(b, abs=1e-12) for a, b in zip(found, expected, strict=True))
+
+
 def test_half_the_responsibility_is_half_the_change(alone):
     o = alone(twist=(0.8, 0.0), obstacles=(disc(2.0, 0.2),))
     offsets, normals = [], []
