@@ -233,6 +233,7 @@ class Way(ShortRepr):
     detour: Array  # (rows along y, columns along x) [m] that the way is longer than the straight one, at the nodes
     corner: Array  # (2,) [m] of the node [0, 0]
     cell: float  # [m] between neighbouring nodes
+    line: Array  # (n, 2) [m] the way from where the robot was when it was planned
 
 
 @dataclass(frozen=True, slots=True, repr=False)

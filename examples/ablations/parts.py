@@ -12,11 +12,14 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
+from scipy.optimize import nnls
 from scipy.spatial.distance import pdist, squareform
 
+from mjnav.control.kernels.cone_kernel import Samples
+from mjnav.control.methods.cvar import conditional_value_at_risk
 from mjnav.control.methods.rkhs_plan import RkhsPlan, RkhsPlanParameters
-from mjnav.control.parameters import LEAST, Count, Positive
-from mjnav.control.planner import Options, Weighed
+from mjnav.control.parameters import LEAST, Count, Positive, Share
+from mjnav.control.planner import Options, Planner, Risks, Weighed
 from mjnav.control.problem.fan import ALONE, SECOND, by_first_move
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach
@@ -26,7 +29,10 @@ from mjnav.geometry.way_field import WayField
 from mjnav.messages import Array, KnownMap
 from mjnav.rkhs.gaussian import gaussian_mmd_squared
 from mjnav.rkhs.mmd import PolynomialKernel, distance_from_dirac
-from mjnav.settings import Range
+from mjnav.rng import stream
+from mjnav.robot.prediction import Crowd, Futures
+from mjnav.scene.spec import Scenario
+from mjnav.settings import Range, settle
 
 Distance = Callable[[Array], Array]  # of violations (K, S): (K,)
 
@@ -168,10 +174,98 @@ class Herded(RkhsPlan):
         """S of N, so that their embedding is near that of all N."""
         p: Any = self.parameters
         samples = super().joint_samples(problem, reach, steps)
-        kept = herded(joint_gram(vectors(samples)), min(p.kept, p.samples))
-        x, y = (np.ascontiguousarray(path[:, :, kept]) for path in samples.moving)
-        lanes = tuple((normal, excess[kept]) for normal, excess in samples.lanes)
-        return replace(samples, offsets=np.ascontiguousarray(samples.offsets[:, kept]), moving=(x, y), lanes=lanes)
+        return only(samples, herded(joint_gram(vectors(samples)), min(p.kept, p.samples)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReducedParameters(HerdedParameters):
+    """With a reduced set, and a Gaussian kernel of the violation."""
+
+    bandwidth: Annotated[Positive, "sigma of the violation's Gaussian kernel"] = 1.0
+
+
+class Reduced(Herded):
+    """S joint samples of N and weights beta on them, both chosen so that their embedding is nearest to that of all N.
+
+    The risk is MMD({(beta_s, h_s)}, 0) under a Gaussian kernel (Sharma & Singh 2024, "MMD-OPT", arXiv 2412.09121).
+    """
+
+    parameters_type = ReducedParameters
+
+    def joint_samples(self, problem: Problem, reach: Reach, steps: int) -> JointSamples:
+        """S of N; keeps their weights."""
+        p: Any = self.parameters
+        samples = Planner.joint_samples(self, problem, reach, steps)
+        gram = joint_gram(vectors(samples))
+        kept = herded(gram, min(p.kept, p.samples))
+        self._weights = nearest_weights(gram, kept)
+        return only(samples, kept)
+
+    def risks_of(self, problem: Problem, reach: Reach, samples: JointSamples) -> Callable[[Rollouts], Risks]:
+        """As of `rkhs-plan`, each sample with its weight."""
+        distance, weights = self.distance(samples), self._weights
+
+        def risks(rollouts: Rollouts) -> Risks:
+            h = self.violation(samples, rollouts)
+            return Risks(self.parameters.weight * distance(h), (h >= 1.0) @ weights, h)
+
+        return risks
+
+    def distance(self, samples: JointSamples) -> Distance:
+        """MMD of the weighted violations from a point mass at 0 under exp(-(x - y)^2 / (2 sigma^2))."""
+        p: Any = self.parameters
+        return lambda h: weighted_mmd(h, self._weights, p.bandwidth)
+
+
+class ReducedMean(Reduced):
+    """The mean violation of the reduced set: what its points and weights are worth without a distance."""
+
+    def distance(self, samples: JointSamples) -> Distance:
+        """sum_s beta_s h_s."""
+        return lambda h: h @ self._weights
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TailParameters(RkhsPlanParameters):
+    """With a level."""
+
+    eta: Annotated[Share, "of the samples that do not count, as they are better"] = 0.8
+
+
+class Tail(RkhsPlan):
+    """The mean of the worst share 1 - eta of violations: their conditional value at risk."""
+
+    parameters_type = TailParameters
+
+    def distance(self, samples: JointSamples) -> Distance:
+        """CVaR_eta(h)."""
+        p: Any = self.parameters
+        return lambda h: conditional_value_at_risk(Samples.of(np.ascontiguousarray(h.T)), p.eta)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CountedParameters(RkhsPlanParameters):
+    """With a violation from which on a sample counts."""
+
+    level: Annotated[Share, "violation above which a sample counts"] = 0.0
+
+
+class Counted(RkhsPlan):
+    """The share of samples that violate at all: a sample average, nothing graded."""
+
+    parameters_type = CountedParameters
+
+    def distance(self, samples: JointSamples) -> Distance:
+        """P(h > level)."""
+        p: Any = self.parameters
+        return lambda h: (h > p.level).mean(axis=1)
+
+
+def only(samples: JointSamples, kept: Array) -> JointSamples:
+    """These joint samples alone."""
+    x, y = (np.ascontiguousarray(path[:, :, kept]) for path in samples.moving)
+    lanes = tuple((normal, excess[kept]) for normal, excess in samples.lanes)
+    return replace(samples, offsets=np.ascontiguousarray(samples.offsets[:, kept]), moving=(x, y), lanes=lanes)
 
 
 def vectors(samples: JointSamples) -> Array:
@@ -216,3 +310,65 @@ def herded(gram: Array, num: int) -> Array:
     for _ in range(num):
         chosen.append((chosen.pop(0), best())[1])
     return np.sort(chosen)
+
+
+def nearest_weights(gram: Array, chosen: Array) -> Array:
+    """beta >= 0 of sum 1 on the chosen of S samples with the least MMD from equal weights on all of them, (s,).
+
+    min_beta beta' K beta - 2 beta' kappa, kappa_i = 1/S sum_j K_ij: a least-squares problem in the root of K, whose
+    last row, heavy, asks for the sum.
+    """
+    own = gram[np.ix_(chosen, chosen)]
+    root = np.linalg.cholesky(own + 1e-9 * np.eye(len(own)))
+    heavy = 1e4
+    rows = np.vstack([root.T, np.full(len(own), heavy)])
+    beta, _ = nnls(rows, np.append(np.linalg.solve(root, gram[chosen].mean(axis=1)), heavy))
+    return beta / beta.sum()
+
+
+def weighted_mmd(h: Array, weights: Array, bandwidth: float) -> Array:
+    """MMD of weighted h (K, S) from a point mass at 0, Gaussian kernel: (K,)."""
+
+    def kernel(x: Array) -> Array:
+        return np.exp(x * x / (-2.0 * bandwidth**2))
+
+    own = kernel(h[:, :, None] - h[:, None]) @ weights @ weights
+    return np.sqrt(np.maximum(own - 2.0 * kernel(h) @ weights + 1.0, 0.0))
+
+
+# ---------------------------------------------------------------------------------------------- people who may turn
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TurnsParameters:
+    """Keys beside the model's name."""
+
+    turns: Annotated[float, Range(0.0, 10.0, "1/s"), "how often a person turns"] = 0.3
+    stops: Annotated[Share, "probability that who turns stops"] = 0.2
+
+    def __post_init__(self):
+        settle(self)
+
+
+class Turns:
+    """A predictor: x + v min(t, tau) + R(theta) v [t - tau]+, tau exponential, theta any angle; or the person stops."""
+
+    parameters_type = TurnsParameters
+
+    def __init__(self, scenario: Scenario, seed: int, parameters: TurnsParameters):
+        self._parameters, self._stream = parameters, stream(seed, "turns")
+        assert scenario.prediction is not None  # it names this class
+        self._step, self._num = scenario.prediction.step, scenario.prediction.num_steps
+
+    def predict(self, crowd: Crowd) -> Futures:
+        """Samples of the people in crowd.tracks, each with a turn of its own."""
+        p, shape = self._parameters, crowd.samples.shape[:2]
+        time = (crowd.elapsed + self._step * np.arange(self._num + 1))[..., None]  # (P, 1, H + 1, 1)
+        tau = self._stream.exponential(1.0 / max(p.turns, LEAST), shape)[..., None, None]
+        angle = self._stream.uniform(-np.pi, np.pi, shape)
+        c, s = np.cos(angle), np.sin(angle)
+        place, (vx, vy) = crowd.samples[:, :, None, :2], np.moveaxis(crowd.samples[..., 2:], -1, 0)
+        walks = self._stream.random(shape) >= p.stops
+        after = (np.stack([c * vx - s * vy, s * vx + c * vy], axis=-1) * walks[..., None])[:, :, None]
+        until = np.minimum(time, tau)
+        return Futures.along(place + until * crowd.samples[:, :, None, 2:] + (time - until) * after, self._step)

@@ -282,6 +282,7 @@ def _hand_on(nearest, left, j, i):
 CELL = 0.1  # [m]; more where a floor has more than MAX_CELLS, less for a disc of a radius below it
 MAX_CELLS = 1000  # along each axis
 NOTHING = FieldGrid(np.zeros((0, 0)), 0.0, 0.0, 1.0)
+LONGEST = 1000.0  # [m] of a way that is drawn
 MARGIN = 3  # [cells] around the places where the disc touches a body
 
 
@@ -339,6 +340,17 @@ class WayField(Constant):
         slope = _looked_up(rows_of(points), self.grid)[:, 1:]
         size = np.linalg.norm(slope, axis=1, keepdims=True)
         return -slope / np.where(size > 0.0, size, 1.0)
+
+    def followed(self, start: ArrayLike, step: float) -> Array:
+        """The way from `start` (2,) to the goal in steps of `step` [m], (n, 2); it ends where it leads nowhere."""
+        points, left = [np.array(start, float)], float(self.way_left(start)[0])
+        while left > step and len(points) * step < LONGEST:
+            at = points[-1] + step * self.direction(points[-1])[0]
+            left, before = float(self.way_left(at)[0]), left
+            if left >= before:
+                return np.array(points)
+            points.append(at)
+        return np.array([*points, [self.grid.goal_x, self.grid.goal_y]])
 
 
 @scalar

@@ -105,7 +105,8 @@ class Wayfinder:
         dear = {} if unseen is None else {"unseen": unseen, "factor": self._route.unknown}
         self._field = field = WayField.of(self._floor, goal, radius, pose[None, :2], soft=self._route.clearance, **dear)
         grid, number = field.grid, 0 if self._way is None else self._way.number + 1
-        self._way = Way(number, sealed(goal), sealed(grid.detour), sealed(np.array([grid.x, grid.y])), grid.cell)
+        corner, line = np.array([grid.x, grid.y]), field.followed(pose[:2], 2.0 * STEP)
+        self._way = Way(number, sealed(goal), sealed(grid.detour), sealed(corner), grid.cell, sealed(line))
         self._planned, self._known = now, known
 
     def _watch(self, now: float, pose: Array, new_goal: bool) -> None:

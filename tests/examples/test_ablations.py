@@ -12,7 +12,7 @@ from mjnav.study.study_file import load_study
 
 FOLDER = Path(__file__).parents[2] / "examples" / "ablations"
 PARTS = """
-    Recourse OneMove StraightWay TimeIntegral ContactShare Gaussian Ball Herded
+    Recourse OneMove StraightWay TimeIntegral ContactShare Gaussian Ball Herded Reduced ReducedMean Tail Counted
 """
 
 
@@ -61,3 +61,28 @@ def test_herded_samples_of_two_clusters_have_the_least_distance_of_all_subsets(p
     assert (chosen < 8).sum() == 2
     best = min(mmd_squared_from_all(gram, list(subset)) for subset in combinations(range(12), 3))
     assert mmd_squared_from_all(gram, chosen) <= best + 1e-4
+
+
+def test_the_weights_of_a_reduced_set_have_the_least_distance(parts):
+    rng = np.random.default_rng(1)
+    gram = parts.joint_gram(rng.normal(size=(40, 3)))
+    chosen = parts.herded(gram, 5)
+    found = parts.nearest_weights(gram, chosen)
+    assert found.min() >= 0.0
+    assert found.sum() == pytest.approx(1.0)
+
+    def squared(beta):
+        w = np.full(40, -1.0 / 40.0)
+        w[chosen] += beta
+        return w @ gram @ w
+
+    others = rng.dirichlet(np.ones(5), 2000)
+    near = np.maximum(found + 0.01 * rng.normal(size=(2000, 5)), 0.0)
+    assert squared(found) <= min(map(squared, [*others, *near / near.sum(axis=1, keepdims=True)])) + 1e-9
+
+
+def test_a_weighted_distance_is_that_of_repeated_samples(parts):
+    h, times = np.array([[0.0, 0.5, 1.5]]), np.array([1, 3, 2])
+    repeated = np.repeat(h, times, axis=1)
+    expected = np.sqrt(parts.gaussian_mmd_squared(repeated.T, 6, 0.7))
+    assert parts.weighted_mmd(h, times / 6.0, 0.7) == pytest.approx(expected)

@@ -53,6 +53,19 @@ def test_on_a_free_floor_the_point_is_so_far_ahead_and_at_last_the_goal():
     assert finder.ahead(np.array([5.0, 0.0]))[0].tolist() == GOAL.tolist()
 
 
+def test_the_line_of_a_way_goes_from_the_robot_to_the_goal_around_what_stands():
+    known, goal = map_of([[3.0, -2.0], [3.0, 2.0]]), np.array([6.0, 0.8])
+    finder = Wayfinder(Route(clearance=0.2), LIMITS)
+    finder.follow(0.0, POSE, goal, known, ())
+    line = finder.ahead(POSE[:2])[1].line
+    assert line[[0, -1]].tolist() == [[0.0, 0.0], goal.tolist()]
+    floor = Floor(np.zeros((0, 3)), np.array([[3.0, 0.0, 0.0, 1.0, 2.0, 0.05]]))
+    assert floor.clearance(line).min() > LIMITS.radius
+    length = np.hypot(*np.diff(line, axis=0).T).sum()
+    room = LIMITS.radius + 0.2
+    assert length == pytest.approx(np.hypot(3.0, 2.0 + room) + np.hypot(3.0, 1.2 + room), rel=0.06)
+
+
 def test_behind_a_wall_the_point_is_one_that_the_robot_can_drive_to_straight():
     rng = np.random.default_rng(2)
     finder, known = Wayfinder(Route(ahead=3.0), LIMITS), map_of([[3.0, -2.0], [3.0, 2.0]])

@@ -34,7 +34,7 @@ from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Status
 from mjnav.settings import Range
 
-AHEAD = 0.05 * np.arange(1, 101)  # [s] at which discs that move are looked for
+AHEAD = 0.05 * np.arange(1, 101, dtype=float)  # [s] at which discs that move are looked for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

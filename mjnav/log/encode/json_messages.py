@@ -26,6 +26,7 @@ from mjnav.messages import (
     TickRecord,
     TickTiming,
     Track,
+    Way,
     WorldState,
 )
 
@@ -94,6 +95,15 @@ class Command(Struct):
     tick: Tick
     v: Speed
     omega: TurnRate
+
+
+class PlannedWay(Struct):
+    """/way: the way that the robot has planned, and what it has drawn of the floor by then."""
+
+    tick: Tick
+    number: Annotated[int, Meta(description="of the plan")]
+    line: Matrix  # (n, 2) [m] from where the robot was to the route's next point
+    drawn: Matrix  # (k, 3) x, y, radius [m] of discs; empty of a robot that draws no map
 
 
 class Cost(Struct):
@@ -194,6 +204,7 @@ MESSAGES: Mapping[str, type[Struct]] = MappingProxyType(
         "mjnav.RobotState": RobotState,
         "mjnav.Odometry": Odometry,
         "mjnav.Command": Command,
+        "mjnav.Way": PlannedWay,
         "mjnav.Decision": DecisionMessage,
         "mjnav.People": People,
         "mjnav.Detections": Detections,
@@ -270,6 +281,11 @@ def encode_odometry(reading: Reading) -> bytes:
 def encode_command(tick: int, command: Array) -> bytes:
     """mjnav.Command."""
     return _encode(Command(tick, *command.tolist()))
+
+
+def encode_way(tick: int, way: Way, drawn: Array) -> bytes:
+    """mjnav.Way."""
+    return _encode(PlannedWay(tick, way.number, way.line, drawn))
 
 
 def encode_decision(tick: int, decision: Decision) -> bytes:

@@ -6,6 +6,8 @@ half the bytes.
 The entity `plan` of /scene draws the plan that the robot follows, where the robot would stand at the plan's end, and
 the rollouts beside it.
 
+The entity `way` of /scene draws the way that is planned to the goal (`[route]`).
+
 The entities `..._future` of /scene draw how the people closest to the robot are predicted to go on, a line a sample.
 """
 
@@ -21,7 +23,7 @@ from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from mjnav.log.encode.candidates import drawn_paths, line_header
 from mjnav.log.encode.geometry import WORLD_FRAME, cylinder
 from mjnav.log.encode.protobuf import Fields, Schema, encode_fields, protobuf_schema
-from mjnav.messages import Array, Observation, PlanShown, Track
+from mjnav.messages import Array, Observation, PlanShown, Track, Way
 
 # ----------------------------------------------------------------------------------------------- plan
 
@@ -65,6 +67,7 @@ HEIGHT = 0.04  # [m]
 
 _BLUE, _PALE_BLUE = Color(r=0.1, g=0.25, b=1.0, a=1.0), Color(r=0.1, g=0.25, b=1.0, a=0.35)
 _RED, _PALE_RED = Color(r=0.9, g=0.1, b=0.1, a=1.0), Color(r=0.9, g=0.1, b=0.1, a=0.35)
+_WAY = line_header(0.03, 0.5 * HEIGHT, Color(r=0.1, g=0.6, b=0.3, a=0.7))
 _FEASIBLE, _INFEASIBLE = line_header(0.05, HEIGHT, _BLUE), line_header(0.05, HEIGHT, _RED)
 
 
@@ -83,6 +86,12 @@ def plan_entity(plan: PlanShown, radius: float) -> bytes:
     fan = plan.fan[:, np.arange(kept) * (size - 1) // max(kept - 1, 1)]
     followed = drawn_paths(plan.path[np.newaxis], _FEASIBLE if plan.feasible else _INFEASIBLE)
     return b"".join((entity.SerializeToString(), *drawn_paths(fan), *followed))
+
+
+def way_entity(way: Way) -> bytes:
+    """The entity `way`, but for time and lifetime: the way that is planned to the goal."""
+    entity = SceneEntity(frame_id=WORLD_FRAME, id="way")
+    return b"".join((entity.SerializeToString(), *drawn_paths(way.line[np.newaxis], _WAY)))
 
 
 # ---------------------------------------------------------------------- predicted people in the scene

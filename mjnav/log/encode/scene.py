@@ -19,7 +19,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from mjnav.geometry.distances import ellipse_95
 from mjnav.log.encode.geometry import TRUE_FRAME, WORLD_FRAME, cylinder, pose, stamp
-from mjnav.log.encode.plan import future_entities, plan_entity
+from mjnav.log.encode.plan import future_entities, plan_entity, way_entity
 from mjnav.log.encode.protobuf import delimited
 from mjnav.messages import Detection, Observation, PlanShown, Track, WorldState
 from mjnav.scene.spec import Scenario, Table
@@ -163,6 +163,8 @@ class SceneEncoder:
         believed += future_entities(observation, tracks)
         if plan is not None:
             believed.append(plan_entity(plan, self._radius))
+        if observation is not None and observation.way is not None:
+            believed.append(way_entity(observation.way))
         entities += [passing + entity for entity in believed]
         return b"".join((*parts, *(delimited(2, entity) for entity in entities)))
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from foxglove_schemas_protobuf.Log_pb2 import Log
@@ -26,7 +27,8 @@ from mjnav.messages import Event, Reading, TickRecord, WorldState
 from mjnav.scene.spec import Scenario
 
 TIMING = "/tick"
-PLAN = "/plan"
+PLAN, WAY = "/plan", "/way"
+NO_DISCS = np.zeros((0, 3))
 LIDAR = "lidar"  # the source of tracks that come about by scans
 EVENTS = "/events"
 
@@ -69,6 +71,20 @@ def _arcs(record: TickRecord, epoch: int) -> bytes | None:
     if decision.costs is None or belief is None:
         return None
     return encode_arcs(record.truth.time, belief.mean, (decision.v, decision.omega), decision.costs, epoch)
+
+
+class _Ways:
+    """Encodes a planned way once: in the first tick that has it."""
+
+    def __init__(self, *, draws_map: bool):
+        self._draws_map, self._number = draws_map, -1
+
+    def __call__(self, record: TickRecord) -> bytes | None:
+        o = record.observation
+        if o is None or o.way is None or o.way.number == self._number:
+            return None
+        self._number = o.way.number
+        return json_messages.encode_way(record.tick, o.way, o.map.discs if o.map and self._draws_map else NO_DISCS)
 
 
 def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
@@ -210,6 +226,13 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
             plan_schema(),
             lambda r: r.decision.plan and encode_plan(r.decision.plan),
             compared={"decision": ("step", "path", "fan", "fan_cost", "violation", "feasible")},
+            occasional=True,
+        ),
+        Topic(
+            WAY,
+            "The way to the goal and what the robot has drawn of the floor, each time it is planned: with [route].",
+            document_schema("mjnav.Way"),
+            _Ways(draws_map=scenario.draws_map),
             occasional=True,
         ),
         Topic(

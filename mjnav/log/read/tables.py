@@ -224,6 +224,15 @@ def _plan_violation(message: Any) -> Rows:
     return enumerate(_float32(message.violation))
 
 
+def _way(value: Any) -> Rows:
+    for number, place in enumerate(value["line"]):
+        yield value["number"], number, *place
+
+
+def _way_drawn(value: Any) -> Rows:
+    return ((value["number"], *disc) for disc in value["drawn"])
+
+
 def _particles(cloud: Any) -> Rows:
     """The track's number is a whole one."""
     columns = decode_particles(cloud)
@@ -309,6 +318,8 @@ _TABLES: tuple[tuple[str, Table], ...] = (
     ("/plan", Table("plan", {**_AHEAD, "feasible": _FLAG}, _plan)),
     ("/plan", Table("plan_fan", {"rollout": _NUMBER, "cost": _SINGLE, **_AHEAD}, _plan_fan)),
     ("/plan", Table("plan_violation", {"sample": _NUMBER, "h": _SINGLE}, _plan_violation)),
+    ("/way", Table("way", {"plan": _NUMBER, "point": _NUMBER, **_PLACE}, _way)),
+    ("/way", Table("way_drawn", {"plan": _NUMBER, **_PLACE, "radius": _M}, _way_drawn)),
     ("/scene", Table("scene", _SOLID, solids)),
     ("/scene", Table("scene_lines", _LINE, lines)),
     ("/events", Table("events", dict.fromkeys(("level", "name", "text"), _TEXT), _event)),

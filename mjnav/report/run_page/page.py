@@ -93,6 +93,7 @@ def page(found: Sequence[tuple[Inspection, Playback]]) -> str:
         "predictions": _hidden(any("ways" in one.fields for one in played)),
         "lidar": _hidden(any(one.lidar for one in played)),
         "known": _hidden(any(one.lidar and one.lidar["map"] for one in played)),
+        "routes": _hidden(any(one.scene["own_ways"] for one in played)),
         "plans": _hidden(any(one.plan for one in played)),
         "candidates": "" if all(one.plan for one in played) else "checked",
         "ways": "checked" if all(len(one.scene["people_legs"]) <= FEW_LEGS for one in played) else "",

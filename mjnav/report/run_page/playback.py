@@ -24,6 +24,7 @@ from mjnav.settings import keys, tables
 
 MAX_FRAMES = 1200  # two minutes at 10 Hz
 PARTICLE = 4e-3  # [m] step of a particle's offset: half a metre at most
+MAX_DRAWINGS = 12  # of what the robot has drawn of the floor
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +85,7 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
     bodies = _pack_clearance(packer, clearance(run.trajectory, scenario) if known else {}, kept)
     plan = pack_plans(packer, frames.plans, len(frames))
     return Playback(
-        scene=_scene_outline(scenario),
+        scene={**_scene_outline(scenario), "own_ways": _own_ways(frames)},
         people=people,
         tracks=tracks,
         lidar=_pack_lidar(packer, frames, scenario, tracks),
@@ -238,6 +239,20 @@ def _scene_outline(scenario: Scenario) -> dict[str, Any]:
         **_bodies(scenario),
         "lanes": [scenario.lanes.left, scenario.lanes.right] if scenario.lanes else [],
     }
+
+
+def _own_ways(frames: RunFrames) -> list[dict[str, Any]]:
+    """The robot's planned ways, each from a frame on, and the discs that it had drawn by then; to the centimetre.
+
+    What was drawn stands with MAX_DRAWINGS of the ways, evenly over them, and with the last.
+    """
+    every = -(-len(frames.own_ways) // MAX_DRAWINGS)
+    ways = sorted(frames.own_ways.items())
+    return [
+        {"frame": frame, "line": np.round(line, 2).tolist()}
+        | ({"drawn": np.round(drawn, 2).tolist()} if i % every == 0 or i == len(ways) - 1 else {})
+        for i, (frame, (line, drawn)) in enumerate(ways)
+    ]
 
 
 def _bodies(bodies: Scenario | KnownBodies) -> dict[str, Any]:

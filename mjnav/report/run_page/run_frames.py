@@ -111,6 +111,7 @@ class RunFrames:
         self.candidates: dict[int, CandidateRanks] = {}
         self.plans: dict[int, PlanShown] = {}
         self.ways: dict[int, Ways] = {}
+        self.own_ways: dict[int, tuple[Array, Array]] = {}  # (n, 2) of the robot, and (k, 3) discs that it has drawn
         self.events: list[PageEvent] = []
         self.num_events = 0
         self._path, self._budget = log.path, Budget(log.path.stat().st_size)
@@ -151,6 +152,7 @@ class RunFrames:
             "/cone": self._cone,
             "/candidates": self._candidates,
             "/plan": self._plan,
+            "/way": self._way,
             "/tick": self._timing,
             **({"/scene": self._scene} if predicts else {}),  # much to read for nothing else
             **({"/scan": self._scan, "/detections": self._detections} if self.by_scans else {}),
@@ -241,6 +243,9 @@ class RunFrames:
 
     def _plan(self, frame: int, value: Any) -> None:
         self.plans[frame] = decode_plan(value)
+
+    def _way(self, frame: int, value: Mapping[str, Any]) -> None:
+        self.own_ways[frame] = np.array(value["line"]).reshape(-1, 2), np.array(value["drawn"]).reshape(-1, 3)
 
     def _scene(self, frame: int, value: Any) -> None:
         if ways := predicted_ways(value):

@@ -6,7 +6,7 @@ import numpy as np
 from mjnav.log.encode import json_messages
 from mjnav.log.encode.json_messages import document_schema
 from mjnav.log.read import ticks as documents
-from mjnav.messages import Decision, Detection, Status
+from mjnav.messages import Decision, Detection, Status, Way
 
 KINDS = {"object": dict, "array": list, "string": str, "boolean": bool, "integer": int, "number": int | float}
 
@@ -23,6 +23,9 @@ def conforms(value: object, schema: dict, path: str = "") -> None:
     elif isinstance(value, list):
         for part in value:
             conforms(part, schema["items"], f"{path}[]")
+
+
+WAY = Way(3, np.zeros(2), np.zeros((2, 2)), np.zeros(2), 0.1, np.array([[0.0, 0.0], [1.0, 0.5], [2.0, 0.5]]))
 
 
 def by_scan(record):
@@ -48,6 +51,7 @@ def encoded(record, timing) -> list[tuple[str, bytes]]:
         ("mjnav.People", json_messages.encode_people_estimate(by_scan(record))),
         ("mjnav.Detections", json_messages.encode_detections(record.tick, by_scan(record).detections)),
         ("mjnav.Contacts", json_messages.encode_contacts(record.tick, record.truth)),
+        ("mjnav.Way", json_messages.encode_way(record.tick, WAY, np.array([[1.0, 2.0, 0.1]]))),
         ("mjnav.TickTiming", json_messages.encode_timing(timing)),
     ]
 

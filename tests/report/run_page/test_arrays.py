@@ -146,3 +146,23 @@ def test_a_line_above_its_level_is_a_tick_that_is_not_covered(tmp_path):
     depleted = [figures["robot_depleted_share"], figures["people_depleted_share"]]
     assert (ess[:-1] < DEPLETED).mean(axis=0) == pytest.approx(depleted)
     assert sum(event.name == "recovery" for event in data.events) == figures["recoveries"] > 0
+
+
+def test_the_robots_planned_ways_are_those_of_the_log_with_what_it_had_drawn(tmp_path):
+    drawing = ("route.planner=shortest", "estimation.map.source=lidar", "time_limit=3")
+    mjnav.run(load_scenario("hall-lidar", drawing, seed=1), log=tmp_path / "drawn.mcap")
+    log = open_log(tmp_path / "drawn.mcap")
+    logged = [message.value for message in log.messages("/way")]
+    shown = playback(log).scene["own_ways"]
+    assert [way["number"] for way in logged] == list(range(len(logged)))
+    assert len(shown) == len(logged) > 3
+    for way, value in zip(shown, logged, strict=True):
+        np.testing.assert_allclose(way["line"], value["line"], atol=0.005)
+        np.testing.assert_allclose(way.get("drawn", value["drawn"]), value["drawn"], atol=0.005)
+    assert not shown[0]["drawn"]
+    assert len(shown[-1]["drawn"]) > 100
+
+
+def test_without_a_route_there_is_no_planned_way(predicted):
+    assert playback(predicted).scene["own_ways"] == []
+    assert "/way" not in predicted.topics

@@ -72,6 +72,7 @@ class RunMap extends Drawing {
     this.clear();
     this.room();
     if (layers.ways) this.plannedWays(frame);
+    if (layers.ways) this.ownWay(frame);
     this.trail(frame);
     if (layers.candidates) this.candidates(frame);
     if (layers.predictions) this.predictedWays(frame);
@@ -135,6 +136,18 @@ class RunMap extends Drawing {
       this.stroke(this.ink.people, 1, [2, 5]);
     }
     this.context.globalAlpha = 1;
+  }
+
+  /** The way that the robot planned last, and what it had drawn of the floor by then. */
+  ownWay(frame) {
+    const { run, ink, context } = this, tick = run.tickOf(frame);
+    const until = run.scene.own_ways.filter((one) => one.frame <= tick), way = until.at(-1);
+    if (!way) return;
+    context.globalAlpha = 0.45;
+    for (const [x, y, radius] of until.findLast((one) => one.drawn).drawn) this.disc([x, y], radius, ink.wall);
+    context.globalAlpha = 1;
+    this.path(way.line);
+    this.stroke(ink.goal, 1.6, [6, 4]);
   }
 
   /** How the people closest to the robot are predicted to go on, a line a sample. */
