@@ -193,16 +193,26 @@ def command(document: Mapping, now: int) -> Fields:
 
 
 def plan(message: Any, now: int) -> Fields:
-    """The plan that is followed, of mjnav.Plan; each pose is stamped with the time for which it is planned.
+    """The plan that is followed, of mjnav.Plan; each pose is stamped with the time for which it is planned."""
+    found = decode_plan(message)
+    return _path(found.path, now, found.step)
+
+
+def way(message: Mapping[str, Any], now: int) -> Fields:
+    """The way that is planned to the goal, of mjnav.Way."""
+    return _path(np.array(message["line"]), now)
+
+
+def _path(points: Array, now: int, step: float = 0.0) -> Fields:
+    """nav_msgs/Path of points (n, 2), each stamped `step` [s] after the one before.
 
     Each heading is that of the way from the position before; the first is that of the way to the second.
     """
-    found = decode_plan(message)
-    headings = [atan2(dy, dx) for dx, dy in np.diff(found.path, axis=0).tolist()]
-    headings = [*(headings[:1] or [0.0] * len(found.path)), *headings]
+    headings = [atan2(dy, dx) for dx, dy in np.diff(points, axis=0).tolist()]
+    headings = [*(headings[:1] or [0.0] * len(points)), *headings]
     poses = [
-        {"header": header(now + time_ns(number * found.step)), "pose": _pose(x, y, heading)}
-        for number, ((x, y), heading) in enumerate(zip(found.path.tolist(), headings, strict=True), start=1)
+        {"header": header(now + time_ns(number * step)), "pose": _pose(x, y, heading)}
+        for number, ((x, y), heading) in enumerate(zip(points.tolist(), headings, strict=True), start=1)
     ]
     return {"header": header(now), "poses": poses}
 
@@ -370,6 +380,7 @@ def ros_topics(scenario: Scenario) -> dict[str, tuple[RosTopic, ...]]:
         "/belief/obstacles": (RosTopic("/belief/obstacles/points", cloud, particles),),
         "/scene": (RosTopic("/scene", "visualization_msgs/msg/MarkerArray", markers),),
         "/plan": (RosTopic("/plan", "nav_msgs/msg/Path", plan),),
+        "/way": (RosTopic("/way", "nav_msgs/msg/Path", way),),
         "/events": (RosTopic("/events", "rcl_interfaces/msg/Log", event),),
         **{name: (RosTopic(name, text, _as_text),) for name in ("/contacts", "/decision", "/cone", "/tick")},
     }

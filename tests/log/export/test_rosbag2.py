@@ -212,3 +212,12 @@ def test_the_scene_is_drawn_with_markers(log, bag):
         assert (marker.color.r, label.text) == (np.float32(body.color.r), "person1")
         (left, _) = [marker for marker in message.markers if marker.ns == "lanes"]
         assert [same(point) for point in left.points] == [(0.0, 2.5, 0.0), (10.0, 2.5, 0.0)]
+
+
+def test_a_planned_way_is_a_path_whose_poses_face_along_it():
+    line = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]]
+    message = built("nav_msgs/msg/Path", rosbag2.way({"tick": 3, "number": 0, "line": line, "drawn": []}, 5))
+    assert_header(message.header, 5)
+    for pose, place, heading in zip(message.poses, line, (0.0, 0.0, np.pi / 2), strict=True):
+        assert_header(pose.header, 5)
+        assert_pose(pose.pose, *place, heading)
