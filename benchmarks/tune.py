@@ -30,7 +30,7 @@ def run(study: StudyFile, cells: list[Cell], seeds: dict[str, range], folder: Pa
     """Adds the episodes of these cells under the `seeds` of their scenes to the rows in a folder."""
     most = max(len(some) for some in seeds.values())
     wanted = [Trial(study.name, c, seeds[c.scene][i]) for i in range(most) for c in cells if i < len(seeds[c.scene])]
-    sweep(wanted, Store(folder), scheduler, text=study_text(study), resume=True)
+    sweep(wanted, Store(folder), scheduler, text=f"# mjnav sweep tuning\n{study_text(study)}", resume=True)
 
 
 def told(setting: RankedSetting) -> str:
