@@ -66,7 +66,7 @@ class SharedBootstrap:
     With m the mean, s its standard error and t_b = (m_b - m) / s_b those of resample b, the interval is m - s q, from
     the upper to the lower quantile q of t_b (Efron & Tibshirani, An Introduction to the Bootstrap, 1993, section 12.5).
     Where q is infinite, as in many resamples all values are alike, and below FEWEST units, its ends are the quantiles
-    of m_b. What a unit lacks (NaN) is left out of a resample's mean. Sharing the draws makes a table of thousands of
+    of m_b. No end is beyond all the units' values, as no mean is. What a unit lacks (NaN) is left out of a resample's mean. Sharing the draws makes a table of thousands of
     figures quick: a few products of matrices for many of them.
     """
 
@@ -124,7 +124,10 @@ class SharedBootstrap:
             ends = -np.stack([low, high]) * error
             known = np.isfinite(ends).all(axis=0) & ((wholes > 0.0).sum(axis=1) >= fewest)
             ends = np.where(known, ends, np.nanquantile(moved, tails, axis=1))
-        return np.round(centre[:, 0] / scale[:, 0] + ends, DIGITS) * scale[:, 0]
+            each = np.where(wholes > 0.0, parts / wholes, np.nan)
+            lowest, highest = np.nanmin(each, axis=1), np.nanmax(each, axis=1)
+        ends = np.round(centre[:, 0] / scale[:, 0] + ends, DIGITS) * scale[:, 0]
+        return np.clip(ends, lowest, highest)
 
     def _sums(self, values: Array) -> Array:
         """Of each resample of each row of values (F, n), in single precision: (F, R)."""

@@ -81,6 +81,12 @@ def test_few_values_and_values_that_are_mostly_alike_have_the_quantiles_of_resam
     assert (low, high) == pytest.approx(tuple(stats.binom.ppf([0.025, 0.975], 20, 0.05) / 20), abs=1e-6)
 
 
+@given(st.lists(st.sampled_from([-3.0, 0.6, 0.7, 0.75]), min_size=1, max_size=40), st.integers(0, 5))
+def test_no_interval_goes_beyond_the_values(values, seed):
+    low, high = known(SharedBootstrap(len(values), np.random.default_rng(seed), resamples=200).interval(values))
+    assert min(values) <= low <= high <= max(values)
+
+
 def test_many_figures_at_once_are_as_each_alone():
     rng = np.random.default_rng(11)
     values = rng.gamma(2.0, size=(6, 30))
