@@ -66,8 +66,8 @@ class SharedBootstrap:
     With m the mean, s its standard error and t_b = (m_b - m) / s_b those of resample b, the interval is m - s q, from
     the upper to the lower quantile q of t_b (Efron & Tibshirani, An Introduction to the Bootstrap, 1993, section 12.5).
     Where q is infinite, as in many resamples all values are alike, and below FEWEST units, its ends are the quantiles
-    of m_b. No end is beyond all the units' values, as no mean is. What a unit lacks (NaN) is left out of a resample's mean. Sharing the draws makes a table of thousands of
-    figures quick: a few products of matrices for many of them.
+    of m_b. No end is beyond all the units' values, as no mean is. What a unit lacks (NaN) is left out of a resample's
+    mean. Sharing the draws makes a table of thousands of figures quick: a few products of matrices for many of them.
     """
 
     def __init__(self, num: int, rng: np.random.Generator, *, resamples: int = 10_000):

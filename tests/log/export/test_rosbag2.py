@@ -218,6 +218,6 @@ def test_a_planned_way_is_a_path_whose_poses_face_along_it():
     line = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]]
     message = built("nav_msgs/msg/Path", rosbag2.way({"tick": 3, "number": 0, "line": line, "drawn": []}, 5))
     assert_header(message.header, 5)
-    for pose, place, heading in zip(message.poses, line, (0.0, 0.0, np.pi / 2), strict=True):
+    for pose, (x, y), heading in zip(message.poses, line, (0.0, 0.0, np.pi / 2), strict=True):
         assert_header(pose.header, 5)
-        assert_pose(pose.pose, *place, heading)
+        assert_pose(pose.pose, x, y, heading)
