@@ -1,4 +1,4 @@
-"""What it is worth to know how people go on: one planner in CrowdNav++ under four predictions, the last of them true.
+"""What it is worth to know how people go on: one planner in CrowdNav++ under five predictions, the last of them true.
 
     uv run python examples/knowledge/ladder.py --cases 250 --first 250 --workers 2
 
@@ -13,6 +13,7 @@ from copy import deepcopy
 from functools import partial
 from multiprocessing import get_context
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,8 @@ STEPS = 16  # of the crowd, that are predicted: 4 s
 SAMPLES = 24  # of each person, where people may turn
 TURNS = 0.3  # [1/s]
 STOPS = 0.2  # probability that who turns stops
+MISSED, GAIN = 0.2, 0.1  # share of people beyond their conformal radius; [m] by which that follows at each step
+AROUND = np.exp(2j * np.pi * np.arange(8) / 8).view(float).reshape(8, 2)
 
 Futures = Array  # (P, M, STEPS, 2) [m]
 
@@ -71,15 +74,43 @@ def _walked(crowd: PublishedCrowd) -> Futures:
     return np.stack(found, axis=1)[:, None]
 
 
-PREDICTIONS: Mapping[str, Callable[[PublishedCrowd, np.random.Generator], Futures]] = MappingProxyType(
-    {"straight": straight, "turns": turns, "reactions": reactions, "truth": truth}
+class Conformal:
+    """Straight on, and around each place samples on a circle whose radius holds all but the share MISSED of people.
+
+    The radius of each person and step ahead is adapted on line: q += GAIN (1 - MISSED) after a miss, else q -= GAIN
+    MISSED (Gibbs & Candes 2021, "Adaptive Conformal Inference Under Distribution Shift"; of pedestrians GenSafeNav).
+    """
+
+    def __init__(self):
+        self._radius, self._made = np.zeros((0, STEPS)), []
+
+    def __call__(self, crowd: PublishedCrowd, rng: np.random.Generator) -> Futures:
+        """Samples (P, 9, STEPS, 2); the first is straight on."""
+        if not len(self._radius):
+            self._radius = np.zeros((len(crowd.position), STEPS))
+        for ahead, made in enumerate(reversed(self._made)):
+            missed = np.hypot(*(crowd.position - made[:, ahead]).T) > self._radius[:, ahead]
+            self._radius[:, ahead] = np.maximum(self._radius[:, ahead] + GAIN * (missed - MISSED), 0.0)
+        line = straight(crowd, rng)
+        self._made = [*self._made, line[:, 0]][-STEPS:]
+        return np.concatenate([line, line + self._radius[:, None, :, None] * AROUND[None, :, None]], axis=1)
+
+
+PREDICTIONS: Mapping[str, Any] = MappingProxyType(
+    {"straight": straight, "turns": turns, "reactions": reactions, "conformal": Conformal, "truth": truth}
 )
+
+
+def predictor(name: str) -> Callable[[PublishedCrowd, np.random.Generator], Futures]:
+    """A prediction for one run."""
+    made = PREDICTIONS[name]
+    return made() if isinstance(made, type) else made
 
 
 def episode(prediction: str, method: str, limits: RobotLimits, case: int) -> tuple[str, float]:
     """How a case ends, and when [s]."""
     crowd, rng = PublishedCrowd("crowdnav-plus", case), np.random.default_rng(case)
-    period, pose, twist, ahead = crowd.rules.period, crowd.robot_pose, np.zeros(2), PREDICTIONS[prediction]
+    period, pose, twist, ahead = crowd.rules.period, crowd.robot_pose, np.zeros(2), predictor(prediction)
     controller = make_controller(method, limits, period, preferred_speed=1.0)
     while crowd.time < LIMIT:
         futures = ahead(crowd, rng)

@@ -19,7 +19,7 @@ def test_the_true_future_is_where_people_are_then_and_the_others_begin_there():
     crowd, rng = PublishedCrowd("crowdnav-plus", 300), np.random.default_rng(0)
     for _ in range(8):
         crowd.move(crowd.velocities(), crowd.robot)
-    found = {name: predict(crowd, rng) for name, predict in ladder.PREDICTIONS.items()}
+    found = {name: ladder.predictor(name)(crowd, rng) for name in ladder.PREDICTIONS}
     near = crowd.position[:, None] + crowd.rules.period * crowd.velocity[:, None]
     assert np.abs(found["straight"][:, :, 0] - near).max() < 1e-12
     assert np.abs(np.median(found["turns"][:, :, 0], axis=1, keepdims=True) - near).max() < 0.05
@@ -28,6 +28,19 @@ def test_the_true_future_is_where_people_are_then_and_the_others_begin_there():
         assert (found["truth"][:, 0, step] == crowd.position).all()
     last = {name: np.hypot(*(paths[:, 0, -1] - crowd.position).T).mean() for name, paths in found.items()}
     assert last["truth"] == 0.0 < last["reactions"] < last["turns"]
+
+
+def test_conformal_radii_hold_the_share_of_people_that_they_are_to():
+    crowd, rng, predict = PublishedCrowd("crowdnav-plus", 301), np.random.default_rng(0), ladder.predictor("conformal")
+    made, within = [], []
+    for _ in range(120):
+        made.append(predict(crowd, rng))
+        crowd.move(crowd.velocities(), crowd.robot)
+        if len(made) > 40:
+            paths = made[-4]  # whose fourth step is now
+            radius = np.hypot(*(paths[:, 1, 3] - paths[:, 0, 3]).T)
+            within.append(np.hypot(*(crowd.position - paths[:, 0, 3]).T) <= radius)
+    assert abs(np.mean(within) - (1.0 - ladder.MISSED)) < 0.08
 
 
 def test_the_ladder_prints_a_row_for_each_prediction():
