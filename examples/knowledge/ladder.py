@@ -1,22 +1,27 @@
-"""What it is worth to know how people go on: one planner in CrowdNav++ under five predictions, the last of them true.
+"""What it is worth to know how people go on: one planner under five predictions, the last of them true.
 
     uv run python examples/knowledge/ladder.py --cases 250 --first 250 --workers 2
+    uv run python examples/knowledge/ladder.py --scene crowds --cases 100 --first 1000 --workers 2
 
 A unicycle is told the true positions and velocities within 5 m, decides every 0.25 s, and reaches speed and turn rate
-of each decision at once, within its accelerations. Cases from 250 on are other layouts than the published ones.
+of each decision at once, within its accelerations. Cases from 250 on are other layouts than the published ones. That is
+CrowdNav++, whose people do not see the robot. In a scene of mjnav's, without noise, they may: the true future is then
+what follows if the robot goes on as it was told last. There is no row of reactions there.
 """
 
 import argparse
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from copy import deepcopy
+from dataclasses import replace
 from functools import partial
 from multiprocessing import get_context
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 
+import mjnav
 from mjnav.control import make_controller
 from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
 from mjnav.metrics.intervals import wilson
@@ -27,6 +32,8 @@ SIGHT, GOAL, LIMIT = 5.0, 0.3, 49.0  # [m] from surface to surface, [m], [s]
 STEPS = 16  # of the crowd, that are predicted: 4 s
 SAMPLES = 24  # of each person, where people may turn
 TURNS = 0.3  # [1/s]
+STEP = 0.2  # [s] between predicted positions in a scene of mjnav's
+TOLD = {"robot": {"source": "direct", "particles": 50}, "obstacles": {"source": "direct", "particles": 50}}
 STOPS = 0.2  # probability that who turns stops
 MISSED, GAIN = 0.2, 0.1  # share of people beyond their conformal radius; [m] by which that follows at each step
 AROUND = np.exp(2j * np.pi * np.arange(8) / 8).view(float).reshape(8, 2)
@@ -139,9 +146,51 @@ def episode(prediction: str, method: str, limits: RobotLimits, case: int) -> tup
     return "time-out", crowd.time
 
 
+def scene_episode(prediction: str, scene: str, method: str, seed: int) -> tuple[str, float]:
+    """The same in a scene on a training layout, without noise."""
+    given = {"noise.profile": "none", "estimation": TOLD, "physics.engine": "kinematic", "layout.purpose": "training"}
+    scenario = mjnav.load_scenario(scene, given, controller=method, seed=seed)
+    rng, ahead = np.random.default_rng(seed), predictor(prediction)
+    parameters = {**scenario.control.parameters, "preferred_speed": scenario.robot.preferred_speed}
+    controller = make_controller(method, scenario.robot.limits, scenario.control.period, **parameters)
+    with mjnav.Simulation(scenario, log=False) as simulation:
+        while not simulation.done:
+            seen, now = simulation.observe(), simulation.truth
+            there = np.flatnonzero(np.isfinite(now.people_position[:, 0]))
+            rules = SimpleNamespace(period=STEP)
+            crowd = SimpleNamespace(position=now.people_position, velocity=now.people_velocity, rules=rules)
+            futures = simulated(simulation) if prediction == "truth" else ahead(crowd, rng)
+            samples = len(seen.robot_pose) // futures.shape[1] * futures.shape[1]
+            people = tuple(
+                ObstacleSamples(
+                    np.repeat(now.people_position[[i]], samples, 0), np.repeat(now.people_velocity[[i]], samples, 0),
+                    scenario.people[i].radius, np.resize(futures[i], (samples, *futures[i].shape[1:])), STEP,
+                )
+                for i in there
+            )  # fmt: skip
+            assert simulation.beliefs is not None
+            furniture = seen.obstacles[len(simulation.beliefs.people) :]
+            decision = controller.decide(replace(seen, obstacles=(*people, *furniture)))
+            simulation.step(decision.v, decision.omega)
+    return str(simulation.outcome), simulation.time
+
+
+def simulated(simulation: mjnav.Simulation) -> Futures:
+    """Where the people are in STEPS times STEP if the robot goes on as it was told last."""
+    twin, found = simulation.copy(), []
+    control = twin.observe().twist.tolist()
+    for tick in range(1, round(STEPS * STEP / twin.scenario.control.period) + 1):
+        if not twin.done:
+            twin.step(*control)
+        if tick % round(STEP / twin.scenario.control.period) == 0:
+            found.append(twin.truth.people_position)
+    return np.stack(found, axis=1)[:, None]
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Prints a row for each prediction."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scene", help="of mjnav's, in place of CrowdNav++")
     parser.add_argument("--cases", type=int, default=20)
     parser.add_argument("--first", type=int, default=250)
     parser.add_argument("--workers", type=int, default=1)
@@ -155,14 +204,21 @@ def main(arguments: list[str] | None = None) -> None:
     )
     cases = range(given.first, given.first + given.cases)
     with ProcessPoolExecutor(given.workers, get_context("spawn")) as pool:
-        for prediction in given.prediction or PREDICTIONS:
-            ends = list(pool.map(partial(episode, prediction, given.method, limits), cases))
-            count = {end: sum(found == end for found, _ in ends) for end in ("goal", "collision", "time-out")}
+        for prediction in given.prediction or [
+            name for name in PREDICTIONS if not (given.scene and name == "reactions")
+        ]:
+            run = partial(episode, prediction, given.method, limits)
+            if given.scene:
+                run = partial(scene_episode, prediction, given.scene, given.method)
+            ends = list(pool.map(run, cases))
+            count = {
+                end: sum(found.replace("-", "") == end for found, _ in ends) for end in ("goal", "collision", "timeout")
+            }
             low, high = wilson(count["goal"], len(ends))
             times = [time for end, time in ends if end == "goal"]
             print(
                 f"{prediction:10} success {100 * count['goal'] / len(ends):5.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
-                f"  collisions {count['collision']}  time-outs {count['time-out']}"
+                f"  collisions {count['collision']}  time-outs {count['timeout']}"
                 f"  time {np.mean(times) if times else np.nan:.2f} s",
                 flush=True,
             )
