@@ -2,7 +2,6 @@
 
 import reprlib
 from functools import cached_property
-from itertools import repeat
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -196,7 +195,9 @@ class Navigator:
         robot = None if self._scenario.prediction is None else self._robot_now(pose)
         people = self._predictor.predict(Crowd(tracks, samples, effect, self.floor_map.known, robot))
         radii = [track.radius for track in tracks]
-        ahead = repeat(None, len(tracks)) if people.ahead is None else people.ahead
+        ahead = [None] * len(tracks) if people.ahead is None else list(people.ahead)
+        if people.turns is not None:
+            ahead = [way if turns else None for way, turns in zip(ahead, people.turns, strict=True)]
         rows = zip(people.position, people.velocity, radii, ahead, strict=True)
         return [ObstacleSamples(*person, people.step) for person in rows]
 

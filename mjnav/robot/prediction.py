@@ -1,4 +1,4 @@
-"""Prediction of people: the interface between tracker and controller, predictors of a user's own, constant velocity.
+"""Prediction of people: the interface between tracker and controller, predictors of a user's own, and mjnav's two.
 
     tracks at the time of the latest reading  ->  Predictor  ->  samples of every person from the moment of effect on
 
@@ -8,15 +8,27 @@ and on from that moment in H steps. All samples of a person count the same: a li
 Predictors of a user's own get copies, and what they return is copied and checked.
 
 `ConstantVelocity`: every sample walks straight on, x(t) = x + t v.
+
+`TurningAtWalls`, the default: so does every sample but for those in whose way a wall of the robot's map stands. Nobody
+walks through a wall: where the straight line meets one after t_w, the sample turns before it, along the wall,
+
+    x(t) = x + v min(t, tau) + |v| w [t - tau]+,   tau ~ U(FIRST, 1) [t_w - GAP / |v|]+,
+
+w being the wall's direction, or with probability (1 - v . w / |v|) / 2 the opposite one: who comes at an angle rather
+goes on than back. Round a corner people so come towards the robot in half of the samples.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
+from mjnav.compile.compiled import Cube, Matrix, kernel
 from mjnav.errors import PluginFault
 from mjnav.messages import Array, KnownMap, Track
+from mjnav.rng import stream
+from mjnav.scene.prediction import ConstantVelocityModel, Prediction
 from mjnav.scene.spec import Scenario
 from mjnav.sealed import checked_copy, sealed_message
 from mjnav.settings.plugins import PredictorPlugin
@@ -58,6 +70,7 @@ class Futures(ShortRepr):
     velocity: Array  # (P, M, 2) [m/s]
     ahead: Array | None = field(default=None)  # (P, M, H, 2) [m] after step, ... H step; None: straight on
     step: float = 0.0  # [s]
+    turns: NDArray[np.bool_] | None = None  # (P,) who has an `ahead` that is not straight; None: whoever has one
 
     @classmethod
     def along(cls, paths: Array, step: float) -> Self:
@@ -119,7 +132,7 @@ class OwnPredictor:
 
 
 class ConstantVelocity:
-    """The default: it has no state, draws nothing, and hands on no future of its own.
+    """Straight on: it has no state, draws nothing, and hands on no future of its own.
 
     What published predictors are compared with, and hard to beat over a few seconds (Schöller, Aravantinos, Lay & Knoll
     2020, "What the Constant Velocity Model Can Teach Us About Pedestrian Motion Prediction").
@@ -130,6 +143,74 @@ class ConstantVelocity:
         return Futures(*carry_people(crowd.samples, crowd.elapsed))
 
 
+FIRST, GAP = 0.3, 0.4  # of the time to the wall before which nobody turns; [m] from the wall in which everybody has
+SLOWEST = 0.25  # [m/s] below which somebody stands, and turns nowhere
+FARTHEST = 10.0  # [m] from people of walls that count
+
+
+class TurningAtWalls:
+    """The default. Where no wall is near it is `ConstantVelocity` to the last bit."""
+
+    def __init__(self, prediction: Prediction, seed: int):
+        self._step, self._num = prediction.step, prediction.num_steps
+        self._stream = stream(seed, "prediction")
+
+    def predict(self, crowd: Crowd) -> Futures:
+        """See `Predictor`."""
+        samples, elapsed = crowd.samples, crowd.elapsed
+        walls = _near(crowd.map, samples)
+        if not len(walls):
+            return Futures(*carry_people(samples, elapsed))
+        tau, along = np.full(samples.shape[:2], np.inf), np.zeros((*samples.shape[:2], 2))
+        turns_at_walls(tau, along, samples, self._stream.random((2, *samples.shape[:2])), walls)
+        time = elapsed + self._step * np.arange(self._num + 1)  # (P, 1, H + 1)
+        until = np.minimum(time, tau[..., None])[..., None]
+        paths = (
+            samples[:, :, None, :2] + until * samples[:, :, None, 2:] + (time[..., None] - until) * along[:, :, None]
+        )
+        return replace(Futures.along(paths, self._step), turns=(tau < time[:, :, -1]).any(axis=1))
+
+
+def _near(known: KnownMap | None, samples: Array) -> Array:
+    """The walls (W, 2, 2) of a map within FARTHEST of people's samples (P, M, 4)."""
+    if known is None or not samples.size:
+        return np.zeros((0, 2, 2))
+    places = samples[..., :2].reshape(-1, 2)
+    low, high = places.min(axis=0) - FARTHEST, places.max(axis=0) + FARTHEST
+    beside = (known.walls.max(axis=1) < low) | (known.walls.min(axis=1) > high)
+    return known.walls[~beside.any(axis=1)]
+
+
+@kernel
+def turns_at_walls(tau: Matrix, along: Cube, samples: Cube, draws: Cube, walls: Cube):
+    """When samples (P, M, 4) turn [s], inf for those without a wall ahead, and how they then walk [m/s], (P, M, 2).
+
+    `draws` (2, P, M) are uniform: of the time, and of the direction.
+    """
+    for p in range(tau.shape[0]):
+        for m in range(tau.shape[1]):
+            x, y, vx, vy = samples[p, m, 0], samples[p, m, 1], samples[p, m, 2], samples[p, m, 3]
+            speed = np.sqrt(vx * vx + vy * vy)
+            if speed < SLOWEST:
+                continue
+            first = np.inf
+            for w in range(walls.shape[0]):
+                ax, ay = walls[w, 0, 0] - x, walls[w, 0, 1] - y
+                dx, dy = walls[w, 1, 0] - walls[w, 0, 0], walls[w, 1, 1] - walls[w, 0, 1]
+                cross = vx * dy - vy * dx
+                if cross == 0.0:
+                    continue
+                time, share = (ax * dy - ay * dx) / cross, (ax * vy - ay * vx) / cross
+                if 0.0 < time < first and 0.0 <= share <= 1.0:
+                    first, length = time, np.sqrt(dx * dx + dy * dy)
+                    wx, wy = dx / length, dy / length
+            if first < np.inf:
+                tau[p, m] = (FIRST + (1.0 - FIRST) * draws[0, p, m]) * max(first - GAP / speed, 0.0)
+                ahead = 0.5 * (1.0 + (vx * wx + vy * wy) / speed)
+                signed = speed if draws[1, p, m] < ahead else -speed
+                along[p, m, 0], along[p, m, 1] = signed * wx, signed * wy
+
+
 def carry_people(samples: Array, duration: Array | float) -> tuple[Array, Array]:
     """Positions and velocities, (..., 2) each, after `duration` [s] from samples (..., 4) of x, y, vx, vy."""
     return samples[..., :2] + duration * samples[..., 2:], samples[..., 2:]
@@ -137,7 +218,11 @@ def carry_people(samples: Array, duration: Array | float) -> tuple[Array, Array]
 
 def make_predictor(scenario: Scenario, seed: int) -> Predictor:
     """The model that the scenario names, under the run's seed."""
-    model = None if scenario.prediction is None else scenario.prediction.model
-    if isinstance(model, PredictorPlugin):
-        return OwnPredictor(model.name, model.make(scenario, seed))
-    return ConstantVelocity()
+    prediction = scenario.prediction or Prediction()
+    match prediction.model:
+        case PredictorPlugin() as own:
+            return OwnPredictor(own.name, own.make(scenario, seed))
+        case ConstantVelocityModel():
+            return ConstantVelocity()
+        case _:
+            return TurningAtWalls(prediction, seed)

@@ -14,12 +14,19 @@ MAX_STEPS = 200  # of a prediction
 
 
 @dataclass(frozen=True, slots=True)
+class WallsModel:
+    """Everybody walks straight on, each sample at its own velocity, and along a wall that would stand in the way."""
+
+
+@dataclass(frozen=True, slots=True)
 class ConstantVelocityModel:
-    """Everybody walks straight on, each sample at its own velocity."""
+    """Everybody walks straight on, each sample at its own velocity, also through walls."""
 
 
-CONSTANT_VELOCITY = "constant_velocity"
-MODELS: Mapping[str, type[ConstantVelocityModel]] = MappingProxyType({CONSTANT_VELOCITY: ConstantVelocityModel})
+WALLS, CONSTANT_VELOCITY = "walls", "constant_velocity"
+MODELS: Mapping[str, type[WallsModel | ConstantVelocityModel]] = MappingProxyType(
+    {WALLS: WallsModel, CONSTANT_VELOCITY: ConstantVelocityModel}
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,11 +34,11 @@ class Prediction:
     """How people are predicted to go on: the model's name in `model`, and its keys beside it."""
 
     model: Annotated[
-        ConstantVelocityModel | PredictorPlugin,
+        WallsModel | ConstantVelocityModel | PredictorPlugin,
         Variants("model", MODELS, PredictorPlugin),
         Beside(),
         "of how people go on",
-    ] = ConstantVelocityModel()
+    ] = WallsModel()
     horizon: Annotated[float, Range(0.05, 60.0, "s"), "how far ahead; later everybody walks straight on"] = 4.8
     step: Annotated[
         float, Range(0.05, 10.0, "s"), "time between predicted positions, between which lines are straight"
@@ -46,7 +53,9 @@ class Prediction:
     @property
     def name(self) -> str:
         """Of the model, as a run file has it."""
-        return self.model.name if isinstance(self.model, PredictorPlugin) else CONSTANT_VELOCITY
+        if isinstance(self.model, PredictorPlugin):
+            return self.model.name
+        return next(name for name, kind in MODELS.items() if isinstance(self.model, kind))
 
     @property
     def num_steps(self) -> int:

@@ -109,15 +109,14 @@ def _relative_paths(bodies: list[ObstacleSamples], mean: Array, offsets: Array, 
     paths = np.empty((2, len(times), len(bodies), offsets.shape[1]))
     each = np.arange(offsets.shape[1])
     rows = [each % len(body.position) for body in bodies]
-    if bodies and all(body.future is None for body in bodies):  # at once, what `positions_at` does one by one
+    straight = [b for b, body in enumerate(bodies) if body.future is None]
+    if straight:  # at once, what `positions_at` does one by one
         start, velocity = (
-            np.moveaxis(np.stack([values[i] for values, i in zip(taken, rows, strict=True)]), -1, 0)[:, None]
-            for taken in ([body.position for body in bodies], [body.velocity for body in bodies])
+            np.moveaxis(np.stack([getattr(bodies[b], name)[rows[b]] for b in straight]), -1, 0)[:, None]
+            for name in ("position", "velocity")
         )
-        np.multiply(times[:, None, None], velocity, out=paths)
-        paths += start
-    else:
-        for b, (body, i) in enumerate(zip(bodies, rows, strict=True)):
-            paths[:, :, b] = np.moveaxis(positions_at(body, times)[:, i], -1, 0)
+        paths[:, :, straight] = times[:, None, None] * velocity + start
+    for b in set(range(len(bodies))).difference(straight):
+        paths[:, :, b] = np.moveaxis(positions_at(bodies[b], times)[:, rows[b]], -1, 0)
     paths -= mean[:, None, None, None] + offsets[:, None, None]
     return paths[0], paths[1]

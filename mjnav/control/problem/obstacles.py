@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mjnav.compile.compiled import Indices, ReadOnlyCube, ReadOnlyMatrix, exact, kernel
+from mjnav.compile.compiled import Cube, Indices, ReadOnlyCube, ReadOnlyMatrix, Vector, exact, kernel
 from mjnav.constraints.walls import point_to_segment
 from mjnav.control.kernels.cone_kernel import ConeBlocks
 from mjnav.control.parameters import Parameters
@@ -36,10 +36,22 @@ def positions_at(obstacle: ObstacleSamples, times: Array) -> Array:
     """Where the samples of an obstacle are at `times` (T,) [s] after the moment of effect: (T, M, 2) [m]."""
     if obstacle.future is None:
         return obstacle.position + times[:, None, None] * obstacle.velocity
-    known = np.concatenate([obstacle.position[:, None], obstacle.future], axis=1).swapaxes(0, 1)  # (H + 1, M, 2)
-    before = np.clip((times / obstacle.step).astype(int), 0, len(known) - 2)
-    share = (times / obstacle.step - before)[:, None, None]  # above 1 beyond the last position
-    return known[before] + share * (known[before + 1] - known[before])
+    out = np.empty((len(times), *obstacle.position.shape))
+    _follow(out, *map(np.ascontiguousarray, (obstacle.position, obstacle.future)), times / obstacle.step)
+    return out
+
+
+@exact
+def _follow(out: Cube, position: ReadOnlyMatrix, future: ReadOnlyCube, steps: Vector):
+    """Along `future` (M, H, 2) from `position` (M, 2), after so many `steps` (T,): (T, M, 2)."""
+    last = future.shape[1] - 1
+    for t in range(steps.size):
+        before = min(max(int(steps[t]), 0), last)
+        share = steps[t] - before  # above 1 beyond the last position
+        for m in range(position.shape[0]):
+            for c in range(2):
+                start = position[m, c] if before == 0 else future[m, before - 1, c]
+                out[t, m, c] = start + share * (future[m, before, c] - start)
 
 
 @dataclass(frozen=True, slots=True)

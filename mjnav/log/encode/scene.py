@@ -125,6 +125,7 @@ class SceneEncoder:
         self._epoch = epoch
         self._still = _still(scenario)
         self._radius = scenario.robot.radius
+        self._predicts = scenario.prediction is not None  # by default nothing of it is drawn
         self._people = {f"person{i}": _person(f"person{i}", body.radius) for i, body in enumerate(scenario.people)}
         self._tracks: dict[str, SceneEntity] = {}  # of those that live
         self._seen = scenario.sensors.longest_pause - SAME_TIME  # [s] that a track may be unseen between two scans
@@ -160,7 +161,8 @@ class SceneEncoder:
         believed = [self._believed(track) for track in tracks]
         if detections:
             believed.append(_entity("detections", cylinders=_bodies(detections)).SerializeToString())
-        believed += future_entities(observation, tracks)
+        if self._predicts:
+            believed += future_entities(observation, tracks)
         if plan is not None:
             believed.append(plan_entity(plan, self._radius))
         if observation is not None and observation.way is not None:
