@@ -193,7 +193,7 @@ def turns_at_walls(tau: Matrix, along: Cube, samples: Cube, draws: Cube, walls: 
             speed = np.sqrt(vx * vx + vy * vy)
             if speed < SLOWEST:
                 continue
-            first = np.inf
+            first, wx, wy = np.inf, 0.0, 0.0
             for w in range(walls.shape[0]):
                 ax, ay = walls[w, 0, 0] - x, walls[w, 0, 1] - y
                 dx, dy = walls[w, 1, 0] - walls[w, 0, 0], walls[w, 1, 1] - walls[w, 0, 1]

@@ -57,7 +57,7 @@ def test_a_turn_comes_before_the_wall_and_leads_along_it_at_the_same_speed():
     straight = np.broadcast_to(time, before.shape)[before]
     assert paths[0, :, :, 0][before] == pytest.approx(straight)
     assert paths[1] == pytest.approx(np.broadcast_to(time[:, None] * [0.5, -0.5], paths[1].shape))
-    assert 0.2 < SLOWEST
+    assert SLOWEST > 0.2
     assert paths[2, :, -1, 1] == pytest.approx(2.9 + 0.2 * time[-1]), "who hardly moves turns nowhere"
 
 
