@@ -118,20 +118,23 @@ def _ways(out: Matrix, v: Vector, omega: Vector, disc: Matrix, wall: Matrix, lin
 def _moving_ways(out: Matrix, v: Vector, omega: Vector, disc: Matrix, velocity: Matrix, times: Vector):
     """See `contact_distance_moving`."""
     out[:] = np.inf
+    x, y = np.empty(times.size), np.empty(times.size)
     for k in range(v.size):
         if abs(v[k]) < STANDSTILL:
             continue
         ahead, left = 1.0 if v[k] > 0.0 else -1.0, 1.0 if v[k] * omega[k] >= 0.0 else -1.0
+        for i in range(times.size):
+            along, across = _place(abs(v[k]) * times[i], abs(omega[k] / v[k]))
+            x[i], y[i] = ahead * along, left * across
         for b in range(disc.shape[0]):
-            last, before = 0.0, np.hypot(disc[b, 0], disc[b, 1])
-            for t in times:
-                x, y = _place(abs(v[k]) * t, abs(omega[k] / v[k]))
-                dx, dy = disc[b, 0] + t * velocity[b, 0] - ahead * x, disc[b, 1] + t * velocity[b, 1] - left * y
-                distance = np.hypot(dx, dy)
-                if distance < min(disc[b, 2], before):
+            last, before = 0.0, disc[b, 0] ** 2 + disc[b, 1] ** 2
+            for i in range(times.size):
+                dx, dy = disc[b, 0] + times[i] * velocity[b, 0] - x[i], disc[b, 1] + times[i] * velocity[b, 1] - y[i]
+                squared = dx * dx + dy * dy
+                if squared < min(disc[b, 2] ** 2, before):
                     out[k, b] = abs(v[k]) * last
                     break
-                last, before = t, distance
+                last, before = times[i], squared
 
 
 def contact_distance_moving(v: Array, omega: Array, disc: Array, velocity: Array, times: Array) -> Array:
