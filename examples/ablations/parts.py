@@ -1,7 +1,7 @@
 """`rkhs-plan` with one part taken out or put in, for the studies beside this file: what is each part worth?
 
     mjnav sweep examples/ablations/ablations.toml      # every part
-    mjnav sweep examples/ablations/hilbert.toml        # the distances, under other noise and with few samples
+    mjnav sweep examples/ablations/hilbert.toml        # the distances, with five samples
     mjnav run hall --controller examples/ablations/parts.py:StraightWay
 
 Parts that are parameters (weights, margins, degree, samples) need no class here. What helped is in `rkhs-plan`.
