@@ -60,6 +60,7 @@ class ProblemController(ABC, Generic[P]):
     """
 
     parameters_type: ClassVar[type[LoopParameters]] = Parameters
+    plans_in_time: ClassVar[bool] = False  # takes people where they are predicted at every step; by default `walls`
 
     def __init_subclass__(cls, **options: Any):
         super().__init_subclass__(**options)

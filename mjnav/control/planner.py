@@ -96,6 +96,7 @@ class Planner(ProblemController[P]):
     """Plans ahead, each time anew: a subclass gives `risks_of`."""
 
     parameters_type = PlannerParameters
+    plans_in_time = True
 
     def __init__(self, limits: RobotLimits, period: float, parameters: P):
         super().__init__(limits, period, parameters)

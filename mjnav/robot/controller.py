@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mjnav.control import Controller, make_controller
-from mjnav.control.registry import shipped_parameters
+from mjnav.control.registry import METHODS, shipped_parameters
 from mjnav.errors import InvalidValue
 from mjnav.scene.spec import Scenario
 
@@ -39,6 +39,12 @@ def num_samples(scenario: Scenario) -> int | None:
     except InvalidValue as error:
         raise error.within("control", file=scenario.source or None) from None
     return None if known is None else known.samples
+
+
+def plans_in_time(scenario: Scenario) -> bool | None:
+    """Whether the scenario's controller takes people where they are predicted at every step; None for one's own."""
+    method = METHODS.get(str(scenario.control.method))
+    return None if method is None else method.controller_class.plans_in_time
 
 
 def resolved_parameters(scenario: Scenario) -> dict[str, Any]:

@@ -26,11 +26,11 @@ from mjnav.messages import (
 from mjnav.motion.unicycle import command_bounds
 from mjnav.rng import stream
 from mjnav.robot.caution import Caution
-from mjnav.robot.controller import build_controller, num_samples
+from mjnav.robot.controller import build_controller, num_samples, plans_in_time
 from mjnav.robot.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
 from mjnav.robot.estimation.base import DRAWS
 from mjnav.robot.latency import CommandHistory, RobotPrediction, check_decision, make_latency
-from mjnav.robot.prediction import Crowd, RobotNow, make_predictor
+from mjnav.robot.prediction import Crowd, Predictor, RobotNow, make_predictor
 from mjnav.robot.sanity import Sanity
 from mjnav.robot.seen_space import FloorMap
 from mjnav.robot.wayfinder import Wayfinder
@@ -72,7 +72,6 @@ class Navigator:
         noise = assumed_noise(scenario)
         limits = scenario.robot.limits
         self._robot_prediction = RobotPrediction(noise, limits, seed)
-        self._predictor = make_predictor(scenario, seed)
         self._history = CommandHistory(limits)
         self._low, self._high = command_bounds(limits)
         self.latency = make_latency(scenario, seed)
@@ -93,6 +92,12 @@ class Navigator:
     def controller(self) -> Controller:
         """Decides."""
         return build_controller(self._scenario)
+
+    @cached_property
+    def _predictor(self) -> Predictor:
+        known = None if "controller" in self.__dict__ else plans_in_time(self._scenario)
+        in_time = getattr(self.controller, "plans_in_time", False) if known is None else known
+        return make_predictor(self._scenario, self._seed, in_time=in_time)
 
     @cached_property
     def _num_samples(self) -> int:

@@ -9,8 +9,8 @@ Predictors of a user's own get copies, and what they return is copied and checke
 
 `ConstantVelocity`: every sample walks straight on, x(t) = x + t v.
 
-`TurningAtWalls`, the default: so does every sample but for those in whose way a wall of the robot's map stands. Nobody
-walks through a wall: where the straight line meets one after t_w, the sample turns before it, along the wall,
+`TurningAtWalls`: so does every sample but for those in whose way a wall of the robot's map stands. Nobody walks through
+a wall: where the straight line meets one after t_w, the sample turns before it, along the wall,
 
     x(t) = x + v min(t, tau) + |v| w [t - tau]+,   tau ~ U(FIRST, 1) [t_w - GAP / |v|]+,
 
@@ -28,7 +28,7 @@ from mjnav.compile.compiled import Cube, Matrix, kernel
 from mjnav.errors import PluginFault
 from mjnav.messages import Array, KnownMap, Track
 from mjnav.rng import stream
-from mjnav.scene.prediction import ConstantVelocityModel, Prediction
+from mjnav.scene.prediction import ConstantVelocityModel, Prediction, WallsModel
 from mjnav.scene.spec import Scenario
 from mjnav.sealed import checked_copy, sealed_message
 from mjnav.settings.plugins import PredictorPlugin
@@ -132,7 +132,7 @@ class OwnPredictor:
 
 
 class ConstantVelocity:
-    """Straight on: it has no state, draws nothing, and hands on no future of its own.
+    """The default of methods that hold one control. It has no state, draws nothing, and hands on no future of its own.
 
     What published predictors are compared with, and hard to beat over a few seconds (Schöller, Aravantinos, Lay & Knoll
     2020, "What the Constant Velocity Model Can Teach Us About Pedestrian Motion Prediction").
@@ -149,7 +149,7 @@ FARTHEST = 10.0  # [m] from people of walls that count
 
 
 class TurningAtWalls:
-    """The default. Where no wall is near it is `ConstantVelocity` to the last bit."""
+    """The default of methods that plan in time. Where no wall is near it is `ConstantVelocity` to the last bit."""
 
     def __init__(self, prediction: Prediction, seed: int):
         self._step, self._num = prediction.step, prediction.num_steps
@@ -216,9 +216,9 @@ def carry_people(samples: Array, duration: Array | float) -> tuple[Array, Array]
     return samples[..., :2] + duration * samples[..., 2:], samples[..., 2:]
 
 
-def make_predictor(scenario: Scenario, seed: int) -> Predictor:
-    """The model that the scenario names, under the run's seed."""
-    prediction = scenario.prediction or Prediction()
+def make_predictor(scenario: Scenario, seed: int, *, in_time: bool = True) -> Predictor:
+    """The model that the scenario names, under the run's seed; by default the one for methods that plan `in_time`."""
+    prediction = scenario.prediction or Prediction(WallsModel() if in_time else ConstantVelocityModel())
     match prediction.model:
         case PredictorPlugin() as own:
             return OwnPredictor(own.name, own.make(scenario, seed))

@@ -98,6 +98,8 @@ class Mppi(ProblemController[MppiParameters]):
     once, and the same observations in the same order give the same decisions.
     """
 
+    plans_in_time = True
+
     def __init__(self, limits: RobotLimits, period: float, parameters: MppiParameters):
         super().__init__(limits, period, parameters)
         p = parameters
