@@ -24,6 +24,7 @@ from mjnav.messages import LARGEST, WorldState, finite
 from mjnav.robot.controller import num_samples
 from mjnav.scene.load import with_seed
 from mjnav.scene.overrides import Overrides
+from mjnav.scene.prediction import ConstantVelocityModel, Prediction
 from mjnav.scene.spec import Scenario
 from mjnav.settings import Range, below, settled
 from mjnav.world.engine import DivergedError
@@ -201,7 +202,7 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         self._window.show(self.simulation.truth)
 
     def _load(self, scene: str | os.PathLike[str] | Scenario) -> Scenario:
-        return _with_samples(scene if isinstance(scene, Scenario) else load_scenario(scene, self._overrides))
+        return _for_a_policy(scene if isinstance(scene, Scenario) else load_scenario(scene, self._overrides))
 
     def _change_scene(self, scene: str | os.PathLike[str] | Scenario) -> None:
         scenario = self._load(scene)
@@ -224,11 +225,12 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         self._renderer = self._window = None
 
 
-def _with_samples(scenario: Scenario) -> Scenario:
-    """The scenario with as many samples of each belief as a policy has as a controller, where it does not say how many.
+def _for_a_policy(scenario: Scenario) -> Scenario:
+    """The scenario with the samples of each belief and the prediction of people that a policy has as a controller.
 
-    The method that the scenario names may take another number by default, and decides nothing here.
+    Where it does not say them: the method that it names may have others by default, and decides nothing here.
     """
+    scenario = replace(scenario, prediction=scenario.prediction or Prediction(ConstantVelocityModel()))
     control, num = scenario.control, LoopParameters().samples
     if "samples" in control.parameters or num_samples(scenario) in (None, num):
         return scenario
