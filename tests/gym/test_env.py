@@ -47,7 +47,8 @@ def test_the_scenes_own_controller_through_the_environment_gives_the_run_of_the_
     command = [*forked, "run", "hall", "--seed", "3", "--controller", "rkhs", "--no-log", "--json"]
     said = subprocess.run(command, capture_output=True, text=True, check=True)
     assert driven_by_its_own_controller("control.method=rkhs") == json.loads(said.stdout)["state_hash"]
-    overrides = ("physics.engine=kinematic", "time_limit=4", "control.samples=48")
+    own = ("control.samples=48", "prediction.model=walls")  # that a policy has others of
+    overrides = ("physics.engine=kinematic", "time_limit=4", *own)
     assert load_scenario("hall").control.method == "rkhs-plan"
     result = mjnav.run(load_scenario("hall", overrides, seed=3))
     assert driven_by_its_own_controller(*overrides) == result.summary["state_hash"]
