@@ -19,7 +19,7 @@ from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.methods.cvar import conditional_value_at_risk
 from mjnav.control.methods.rkhs_plan import RkhsPlan, RkhsPlanParameters
 from mjnav.control.parameters import LEAST, Count, Positive, Share
-from mjnav.control.planner import Options, Planner, Risks, Weighed
+from mjnav.control.planner import Options, Risks, Weighed
 from mjnav.control.problem.fan import ALONE, SECOND, by_first_move
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach
@@ -174,7 +174,14 @@ class Herded(RkhsPlan):
         """S of N, so that their embedding is near that of all N."""
         p: Any = self.parameters
         samples = super().joint_samples(problem, reach, steps)
-        return only(samples, herded(joint_gram(vectors(samples)), min(p.kept, p.samples)))
+        gram = joint_gram(vectors(samples))
+        kept = herded(gram, min(p.kept, p.samples))
+        self._weights = self.weights(gram, kept)
+        return only(samples, kept)
+
+    def weights(self, gram: Array, kept: Array) -> Array:
+        """Of the samples that are kept: all the same."""
+        return np.full(len(kept), 1.0 / len(kept))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -192,14 +199,9 @@ class Reduced(Herded):
 
     parameters_type = ReducedParameters
 
-    def joint_samples(self, problem: Problem, reach: Reach, steps: int) -> JointSamples:
-        """S of N; keeps their weights."""
-        p: Any = self.parameters
-        samples = Planner.joint_samples(self, problem, reach, steps)
-        gram = joint_gram(vectors(samples))
-        kept = herded(gram, min(p.kept, p.samples))
-        self._weights = nearest_weights(gram, kept)
-        return only(samples, kept)
+    def weights(self, gram: Array, kept: Array) -> Array:
+        """beta."""
+        return nearest_weights(gram, kept)
 
     def risks_of(self, problem: Problem, reach: Reach, samples: JointSamples) -> Callable[[Rollouts], Risks]:
         """As of `rkhs-plan`, each sample with its weight."""

@@ -337,20 +337,25 @@ class WayField(Constant):
         That is -grad T of the interpolation, which jumps at the sides of a cell; straight to the goal where the way is
         open; 0 at the goal.
         """
-        slope = _looked_up(rows_of(points), self.grid)[:, 1:]
-        size = np.linalg.norm(slope, axis=1, keepdims=True)
-        return -slope / np.where(size > 0.0, size, 1.0)
+        return _downhill(_looked_up(rows_of(points), self.grid))
 
     def followed(self, start: ArrayLike, step: float) -> Array:
         """The way from `start` (2,) to the goal in steps of `step` [m], (n, 2); it ends where it leads nowhere."""
-        points, left = [np.array(start, float)], float(self.way_left(start)[0])
-        while left > step and len(points) * step < LONGEST:
-            at = points[-1] + step * self.direction(points[-1])[0]
-            left, before = float(self.way_left(at)[0]), left
-            if left >= before:
+        points, found = [np.array(start, float)], _looked_up(rows_of(start), self.grid)
+        while found[0, 0] > step and len(points) * step < LONGEST:
+            at, before = points[-1] + step * _downhill(found)[0], found[0, 0]
+            found = _looked_up(rows_of(at), self.grid)
+            if found[0, 0] >= before:
                 return np.array(points)
             points.append(at)
         return np.array([*points, [self.grid.goal_x, self.grid.goal_y]])
+
+
+def _downhill(found: Array) -> Array:
+    """The unit vectors against the gradients of `_looked_up` rows (n, 3), (n, 2); 0 where there is no slope."""
+    slope = found[:, 1:]
+    size = np.linalg.norm(slope, axis=1, keepdims=True)
+    return -slope / np.where(size > 0.0, size, 1.0)
 
 
 @scalar

@@ -71,8 +71,7 @@ class RunMap extends Drawing {
     this.place(frame);
     this.clear();
     this.room();
-    if (layers.ways) this.plannedWays(frame);
-    if (layers.ways) this.ownWay(frame);
+    if (layers.ways) { this.plannedWays(frame); this.ownWay(frame); }
     this.trail(frame);
     if (layers.candidates) this.candidates(frame);
     if (layers.predictions) this.predictedWays(frame);
