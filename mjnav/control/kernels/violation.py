@@ -14,15 +14,8 @@ from mjnav.compile.compiled import Cube, Matrix, Vector, kernel
 
 TINY = 1e-300
 DEEPEST = 2.0  # a violation above it counts no more
-
-
-@kernel
-def _centre_and_spread(x, y):
-    """The mean of points (n,) and the greatest distance from it."""
-    cx, cy, farthest = x.mean(), y.mean(), 0.0
-    for i in range(x.size):
-        farthest = max(farthest, (x[i] - cx) ** 2 + (y[i] - cy) ** 2)
-    return cx, cy, np.sqrt(farthest)
+SLACK = 1e-9  # relative, and in m: more than rounding does to what is left out without a look at the samples
+LEAST_CELL, MOST_CELLS = 0.25, 64  # [m], and along each axis, of the grid that bodies at rest are listed in
 
 
 @kernel
@@ -35,88 +28,135 @@ def _bounds(x, y):
 
 
 @kernel
-def _apart_squared(bounds, low_x, high_x, low_y, high_y):
-    """The squared distance of a box around a body from the rollouts' box (4,) of a step."""
-    beside_x = max(bounds[0] - high_x, low_x - bounds[1], 0.0)
-    beside_y = max(bounds[2] - high_y, low_y - bounds[3], 0.0)
-    return beside_x**2 + beside_y**2
-
-
-@kernel
 def meet_discs(
     h: Matrix, x: Matrix, y: Matrix, qx: Cube, qy: Cube, reach: Matrix, per_margin: Matrix, discount: Matrix
 ):
     """Raises `h` by discs that move: qx, qy (T, B, S) are samples of the discs less those of the robot.
 
-    reach (T, B) is R + m, per_margin (T, B) 1 / m, and discount (T, B) gamma.
+    reach (T, B) is R + m, per_margin (T, B) 1 / m, and discount (T, B) gamma. Rollouts that begin alike follow one
+    another: as long as they are in one place, they have one depth.
     """
+    num, num_samples = h.shape
+    apart, depth = np.empty(num), np.empty(num_samples)
     bounds = _bounds(x, y)
     for t in range(qx.shape[0]):
+        xt, yt = x[t], y[t]
         for b in range(qx.shape[1]):
             px, py = qx[t, b], qy[t, b]
-            cx, cy, spread = _centre_and_spread(px, py)
-            limit, slope, most = reach[t, b], reach[t, b] * per_margin[t, b], discount[t, b]
-            fall = per_margin[t, b]
-            outside = (limit + spread) ** 2
-            if _apart_squared(bounds[t], cx, cx, cy, cy) >= outside:
+            low_x, high_x, low_y, high_y = px.min(), px.max(), py.min(), py.max()
+            fall, most, outside = per_margin[t, b], discount[t, b], reach[t, b] ** 2 * (1.0 + SLACK)
+            slope = reach[t, b] * fall
+            dx = max(bounds[t, 0] - high_x, low_x - bounds[t, 1], 0.0)
+            dy = max(bounds[t, 2] - high_y, low_y - bounds[t, 3], 0.0)
+            if dx * dx + dy * dy >= outside:
                 continue
-            for k in range(x.shape[1]):
-                rx, ry = x[t, k], y[t, k]
-                if (rx - cx) ** 2 + (ry - cy) ** 2 >= outside:
-                    continue
-                for s in range(px.size):
-                    dx, dy = rx - px[s], ry - py[s]
-                    depth = min(slope - fall * np.sqrt(dx * dx + dy * dy), DEEPEST)
-                    h[k, s] = max(h[k, s], most * depth)
-
-
-@kernel
-def meet_walls(
-    h: Matrix,
-    x: Matrix,
-    y: Matrix,
-    ex: Vector,
-    ey: Vector,
-    wall: Matrix,
-    reach: Vector,
-    margin: float,
-    discount: Vector,
-):
-    """Raises `h` by bodies at rest: segments ax, ay, bx, by (W, 4), a point where its ends are one, with reach R + m.
-
-    ex, ey (S,) are the robot's samples less their mean; `discount` (T,) is gamma.
-    """
-    _, _, spread = _centre_and_spread(ex, ey)
-    spread += np.sqrt(ex.mean() ** 2 + ey.mean() ** 2)
-    fall, apart = 1.0 / margin, np.empty(x.shape[1])
-    bounds = _bounds(x, y)
-    for w in range(wall.shape[0]):
-        ax, ay = wall[w, 0], wall[w, 1]
-        dx, dy = wall[w, 2] - ax, wall[w, 3] - ay
-        per_length = 1.0 / max(dx * dx + dy * dy, TINY)
-        outside, slope = (reach[w] + spread) ** 2, reach[w] * fall
-        low_x, high_x, low_y, high_y = min(0.0, dx) + ax, max(0.0, dx) + ax, min(0.0, dy) + ay, max(0.0, dy) + ay
-        for t in range(x.shape[0]):
-            if _apart_squared(bounds[t], low_x, high_x, low_y, high_y) >= outside:
-                continue
-            xt, yt = x[t], y[t]
-            for k in range(xt.size):  # all rollouts at once, as few are near
-                px, py = xt[k] - ax, yt[k] - ay
-                along = min(max((px * dx + py * dy) * per_length, 0.0), 1.0)
-                apart[k] = (px - along * dx) ** 2 + (py - along * dy) ** 2
-            for k in range(xt.size):
+            for k in range(num):  # all at once, as few are near
+                dx, dy = max(low_x - xt[k], xt[k] - high_x, 0.0), max(low_y - yt[k], yt[k] - high_y, 0.0)
+                apart[k] = dx * dx + dy * dy
+            before, count = -1, 0.0
+            for k in range(num):
                 if apart[k] >= outside:
                     continue
-                px, py = xt[k] - ax, yt[k] - ay
-                for s in range(ex.size):
-                    qx, qy = px + ex[s], py + ey[s]
-                    u = min(max((qx * dx + qy * dy) * per_length, 0.0), 1.0)
-                    distance = np.sqrt((qx - u * dx) ** 2 + (qy - u * dy) ** 2)
-                    h[k, s] = max(h[k, s], discount[t] * min(slope - fall * distance, DEEPEST))
+                rx, ry = xt[k], yt[k]
+                if before < 0 or rx != xt[before] or ry != yt[before]:
+                    before, count = k, 0.0
+                    for s in range(num_samples):
+                        dx, dy = rx - px[s], ry - py[s]
+                        count += 1.0 if dx * dx + dy * dy < outside else 0.0
+                    if count > 0.0:
+                        for s in range(num_samples):
+                            dx, dy = rx - px[s], ry - py[s]
+                            depth[s] = most * min(slope - fall * np.sqrt(dx * dx + dy * dy), DEEPEST)
+                if count > 0.0:
+                    for s in range(num_samples):
+                        h[k, s] = max(h[k, s], depth[s])
 
 
 @kernel
-def meet_lane(h: Matrix, x: Matrix, y: Matrix, normal: Vector, excess: Vector, margin: float, discount: Vector):
+def _listed(x, y, body, far):
+    """A grid over all positions: its corner, cells a metre and columns, `start` and `who`.
+
+    Bodies (W, 4) that may be nearer than `far` (W,) [m] to a place in cell c are `who` from start[c] to start[c + 1].
+    """
+    left, bottom, right, top = x.min(), y.min(), x.max(), y.max()
+    per_cell = 1.0 / max(LEAST_CELL, max(right - left, top - bottom) / MOST_CELLS)
+    columns, rows = int((right - left) * per_cell) + 2, int((top - bottom) * per_cell) + 2
+    start, who = np.zeros(rows * columns + 2, np.int64), np.empty(0, np.int64)
+    for filling in (False, True):
+        for w in range(body.shape[0]):
+            first = int((min(body[w, 0], body[w, 2]) - far[w] - left) * per_cell)
+            last = int((max(body[w, 0], body[w, 2]) + far[w] - left) * per_cell)
+            low = int((min(body[w, 1], body[w, 3]) - far[w] - bottom) * per_cell)
+            high = int((max(body[w, 1], body[w, 3]) + far[w] - bottom) * per_cell)
+            for row in range(max(low, 0), min(high + 1, rows)):
+                for c in range(row * columns + max(first, 0), row * columns + min(last + 1, columns)):
+                    if filling:
+                        who[start[c + 1]] = w
+                        start[c + 1] += 1
+                    else:
+                        start[c + 2] += 1
+        if not filling:  # start[c + 1] is where cell c begins, until it is filled
+            for c in range(start.size - 1):
+                start[c + 1] += start[c]
+            who = np.empty(start[-1], np.int64)
+    return left, bottom, per_cell, columns, start, who
+
+
+@kernel
+def _raise(h, squared, reach, per_margin):
+    """Raises `h` (S,) by squared distances (S,), which are forgotten."""
+    for s in range(h.size):
+        h[s] = max(h[s], min((reach - np.sqrt(squared[s])) * per_margin, DEEPEST))
+        squared[s] = np.inf
+
+
+@kernel
+def meet_walls(h: Matrix, x: Matrix, y: Matrix, ex: Vector, ey: Vector, body: Matrix, reach: Vector, margin: float):
+    """Raises `h` by bodies at rest: segments ax, ay, bx, by (W, 4), a point where its ends are one, with reach R + m.
+
+    ex, ey (S,) are the robot's samples less their mean, at most `spread` from it. Of all bodies along a rollout one
+    comes nearest to the mean; those that stay 2 `spread` farther are farther than it from every sample.
+    """
+    spread, per_margin = np.sqrt((ex * ex + ey * ey).max()), 1.0 / margin
+    far = (reach + spread) * (1.0 + SLACK)
+    left, bottom, per_cell, columns, start, who = _listed(x, y, body, far)
+    dx, dy = body[:, 2] - body[:, 0], body[:, 3] - body[:, 1]
+    per_length = 1.0 / np.maximum(dx * dx + dy * dy, TINY)
+    most = x.shape[0] * len(body)
+    when, which, gap = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most)
+    squared = np.full(ex.size, np.inf)
+    for k in range(x.shape[1]):
+        count, least = 0, np.inf
+        for t in range(x.shape[0]):
+            c = int((y[t, k] - bottom) * per_cell) * columns + int((x[t, k] - left) * per_cell)
+            for i in range(start[c], start[c + 1]):
+                w = who[i]
+                px, py = x[t, k] - body[w, 0], y[t, k] - body[w, 1]
+                u = min(max((px * dx[w] + py * dy[w]) * per_length[w], 0.0), 1.0)
+                apart = (px - u * dx[w]) ** 2 + (py - u * dy[w]) ** 2
+                if apart < far[w] * far[w]:
+                    when[count], which[count], gap[count] = t, w, np.sqrt(apart) - reach[w]
+                    least = min(least, gap[count])
+                    count += 1
+        before = -1
+        for i in range(count):
+            w, t = which[i], when[i]
+            if gap[i] > least + 2.0 * spread + SLACK:
+                continue
+            if before >= 0 and reach[before] != reach[w]:
+                _raise(h[k], squared, reach[before], per_margin)
+            before = w
+            px, py = x[t, k] - body[w, 0], y[t, k] - body[w, 1]
+            for s in range(ex.size):
+                qx, qy = px + ex[s], py + ey[s]
+                u = min(max((qx * dx[w] + qy * dy[w]) * per_length[w], 0.0), 1.0)
+                squared[s] = min(squared[s], (qx - u * dx[w]) ** 2 + (qy - u * dy[w]) ** 2)
+        if before >= 0:
+            _raise(h[k], squared, reach[before], per_margin)
+
+
+@kernel
+def meet_lane(h: Matrix, x: Matrix, y: Matrix, normal: Vector, excess: Vector, margin: float):
     """Raises `h` by a lane boundary: sample s is beyond it by normal . (x, y) + excess_s."""
     farthest = excess.max() + margin
     for t in range(x.shape[0]):
@@ -125,4 +165,4 @@ def meet_lane(h: Matrix, x: Matrix, y: Matrix, normal: Vector, excess: Vector, m
             if along + farthest <= 0.0:
                 continue
             for s in range(excess.size):
-                h[k, s] = max(h[k, s], discount[t] * min((along + excess[s] + margin) / margin, DEEPEST))
+                h[k, s] = max(h[k, s], min((along + excess[s] + margin) / margin, DEEPEST))

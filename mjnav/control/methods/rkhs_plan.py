@@ -74,8 +74,7 @@ class RkhsPlan(Planner[RkhsPlanParameters]):
     def violation(self, samples: JointSamples, rollouts: Rollouts) -> Array:
         """h (K, S)."""
         p, t = self.parameters, samples.times
-        fading, lasting = np.exp(-t / p.fading), np.ones_like(t)
-        return samples.violation(rollouts, p.margin + p.margin_growth * t, fading, p.standing_margin, lasting)
+        return samples.violation(rollouts, p.margin + p.margin_growth * t, np.exp(-t / p.fading), p.standing_margin)
 
     def distance(self, samples: JointSamples) -> Callable[[Array], Array]:
         """What gives the distance (K,) of violations (K, S) from none in one decision."""

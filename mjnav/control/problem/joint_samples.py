@@ -82,21 +82,20 @@ class JointSamples:
             parts=parts_of(problem.limits, step),
         )
 
-    def violation(self, rollouts: Rollouts, margin: Array, fading: Array, standing: float, lasting: Array) -> Array:
+    def violation(self, rollouts: Rollouts, margin: Array, fading: Array, standing: float) -> Array:
         """h (K, S) of rollouts of as many steps.
 
-        Of what moves m_t is `margin` (T,) [m] and gamma_t `fading` (T,), of what stands they are `standing` [m] and
-        `lasting` (T,).
+        Of what moves m_t is `margin` (T,) [m] and gamma_t `fading` (T,), of what stands m is `standing` [m].
         """
         r, ones = rollouts, np.ones(len(self.moving_radius))
         h = np.zeros((r.x.shape[1], self.offsets.shape[1]))
         m = margin[:, None] * ones
         meet_discs(h, r.x, r.y, *self.moving, self.moving_radius + m, 1.0 / m, fading[:, None] * ones)
         reach = self.standing_radius + standing
-        ways = r.between(self.parts)
-        meet_walls(h, *ways, *self.offsets, self.standing, reach, standing, np.repeat(lasting, self.parts))
+        if len(reach):
+            meet_walls(h, *r.between(self.parts), *self.offsets, self.standing, reach, standing)
         for normal, excess in self.lanes:
-            meet_lane(h, r.x, r.y, normal, excess, standing, lasting)
+            meet_lane(h, r.x, r.y, normal, excess, standing)
         return h
 
 

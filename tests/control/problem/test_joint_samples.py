@@ -68,10 +68,27 @@ def test_the_violation_is_the_worst_over_time_and_obstacles_of_each_joint_sample
     o = replace(o, obstacles=(first, replace(second, future=ahead, step=0.7), pillar, fourth))
     problem, samples = samples_of(o, limits)
     rollouts = rollouts_of(problem, 15, seed)
-    found = samples.violation(rollouts, MARGIN, FADING, STANDING, np.ones(STEPS))
+    found = samples.violation(rollouts, MARGIN, FADING, STANDING)
     expected = [[literal(problem, rollouts, s, k) for s in range(5)] for k in range(15)]
     assert found == pytest.approx(np.array(expected), abs=1e-9)
     assert found.max() > 0.0
+
+
+def test_among_many_bodies_at_rest_every_one_of_them_counts(alone, limits):
+    rng, o = np.random.default_rng(3), alone(num_samples=9, twist=(0.5, 0.0))
+    places = rng.uniform(-6.0, 6.0, (60, 2))
+    ends = places + np.where(np.arange(60)[:, None] < 45, 0.0, rng.normal(size=(60, 2)))  # pillars, then walls
+    problem, samples = samples_of(o, limits)
+    radii = rng.choice([0.05, 0.15], 60)
+    samples = replace(samples, standing=np.hstack([places, ends]), standing_radius=radii)
+    rollouts = rollouts_of(problem, 40)
+    found = samples.violation(rollouts, MARGIN, FADING, STANDING)
+    x, y = rollouts.between(samples.parts)
+    at = np.stack([x[..., None] + samples.offsets[0], y[..., None] + samples.offsets[1]], axis=-1)
+    gaps = [segment_distance(at, a, b) - r for a, b, r in zip(places, ends, radii, strict=True)]
+    expected = np.clip(1.0 - np.min(gaps, axis=(0, 1)) / STANDING, 0.0, 2.0)
+    assert found == pytest.approx(expected, abs=1e-9)
+    assert 0.1 < (expected > 0.0).mean() < 0.9
 
 
 def test_a_fast_robot_does_not_plan_through_a_pillar_between_two_steps(alone, limits):
@@ -82,7 +99,7 @@ def test_a_fast_robot_does_not_plan_through_a_pillar_between_two_steps(alone, li
     straight[0] = 2.0
     rollouts = Rollouts.of(straight, 0.0, ControlLimits.of(o.twist, fast, 0.1, STEP), STEP)
     assert np.hypot(rollouts.x - 1.0, 0.35).min() > 0.38 + 0.02  # at 0.8 and at 1.6 m nothing is near
-    assert samples.violation(rollouts, MARGIN, FADING, 0.02, np.ones(STEPS))[0, 0] >= 1.0
+    assert samples.violation(rollouts, MARGIN, FADING, 0.02)[0, 0] >= 1.0
 
 
 def one_body(alone, limits, distance, *, moves):
@@ -91,8 +108,8 @@ def one_body(alone, limits, distance, *, moves):
     body = ObstacleSamples(np.array([[distance, 0.0]]), velocity, 0.3)
     _, samples = samples_of(alone(num_samples=1, twist=(0.0, 0.0), obstacles=[body]), limits, TIMES[:1])
     at_rest = Rollouts(np.zeros((2, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), STEP)
-    half, one, margin = np.array([0.5]), np.ones(1), np.array([0.2])
-    return samples.violation(at_rest, margin, half, 0.2, one)[0, 0]
+    half, margin = np.array([0.5]), np.array([0.2])
+    return samples.violation(at_rest, margin, half, 0.2)[0, 0]
 
 
 @pytest.mark.parametrize(
