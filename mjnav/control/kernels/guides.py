@@ -40,21 +40,30 @@ def lead(
     it faces another way. first and bounds (2, 2): lowest and highest (v, omega), of the first control and of all;
     `change` (2,) is the most from one to the next. `pose` (3,) is in the world, as `way` is.
     """
-    for k in range(moves.shape[0]):
-        x, y, heading = 0.0, 0.0, pose[2]
-        v, omega = 0.0, 0.0
-        for t in range(out_v.shape[0]):
-            time = t * step + 1e-9
-            if time < moves[k, 2]:
-                wanted_v, wanted_omega = moves[k, 0], moves[k, 1]
-            elif time < moves[k, 5]:
-                wanted_v, wanted_omega = moves[k, 3], moves[k, 4]
-            else:
+    num = moves.shape[0]
+    same = np.ones(num, np.bool_)  # as the rollout before up to now: it is copied
+    for t in range(out_v.shape[0]):  # step by step: rollouts do not wait for one another, steps do
+        time = t * step + 1e-9
+        before = (False, np.nan, np.nan)
+        for k in range(num):
+            move = 0 if time < moves[k, 2] else 3
+            on_way = move > 0 and time >= moves[k, 5]
+            wanted_v, wanted_omega = (0.0, 0.0) if on_way else (moves[k, move], moves[k, move + 1])
+            wanted = (on_way, wanted_v, wanted_omega)
+            same[k] &= wanted == before
+            before = wanted
+            if same[k]:
+                out_v[t, k], out_omega[t, k] = out_v[t, k - 1], out_omega[t, k - 1]
+                out_x[t, k], out_y[t, k], out_heading[t, k] = out_x[t, k - 1], out_y[t, k - 1], out_heading[t, k - 1]
+                continue
+            x, y, heading = (out_x[t - 1, k], out_y[t - 1, k], out_heading[t - 1, k]) if t > 0 else (0.0, 0.0, pose[2])
+            if on_way:
                 left, by_x, by_y = way_lookup(way, pose[0] + x, pose[1] + y)
                 turn = turn_by(np.arctan2(-by_y, -by_x) - heading) if left > 0.0 else 0.0
                 wanted_v, wanted_omega = min(speed, left / approach_time) * max(np.cos(turn), 0.0), turn / preview
             low_v, high_v, low_omega, high_omega = first[0, 0], first[1, 0], first[0, 1], first[1, 1]
             if t > 0:
+                v, omega = out_v[t - 1, k], out_omega[t - 1, k]
                 low_v, high_v = max(bounds[0, 0], v - change[0]), min(bounds[1, 0], v + change[0])
                 low_omega, high_omega = max(bounds[0, 1], omega - change[1]), min(bounds[1, 1], omega + change[1])
             v = min(max(wanted_v, low_v), high_v)
@@ -62,10 +71,9 @@ def lead(
             out_v[t, k], out_omega[t, k] = v, omega
             half = 0.5 * step * omega
             length = chord(v, half, step)
-            x += length * np.cos(heading + half)
-            y += length * np.sin(heading + half)
-            heading += 2.0 * half
-            out_x[t, k], out_y[t, k], out_heading[t, k] = x, y, heading
+            out_x[t, k] = x + length * np.cos(heading + half)
+            out_y[t, k] = y + length * np.sin(heading + half)
+            out_heading[t, k] = heading + 2.0 * half
 
 
 @kernel
@@ -73,7 +81,10 @@ def ways_left(left: Matrix, by_x: Matrix, by_y: Matrix, x: Matrix, y: Matrix, at
     """The way left [m] from points `at` + (x, y), (T, K), and its derivatives, into matrices of that shape."""
     for t in range(x.shape[0]):
         for k in range(x.shape[1]):
-            left[t, k], by_x[t, k], by_y[t, k] = way_lookup(way, at[0] + x[t, k], at[1] + y[t, k])
+            if k > 0 and x[t, k] == x[t, k - 1] and y[t, k] == y[t, k - 1]:
+                left[t, k], by_x[t, k], by_y[t, k] = left[t, k - 1], by_x[t, k - 1], by_y[t, k - 1]
+            else:
+                left[t, k], by_x[t, k], by_y[t, k] = way_lookup(way, at[0] + x[t, k], at[1] + y[t, k])
 
 
 @kernel
