@@ -21,12 +21,12 @@ from typing import Annotated, TypeVar
 
 import numpy as np
 
-from mjnav.compile.compiled import Indices
+from mjnav.compile.compiled import Indices, Matrix, exact
 from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.guides import ways_left
 from mjnav.control.parameters import MOST, Count, GoalParameters, Seconds, Share, Weight, check_memory
 from mjnav.control.problem.candidates import cheapest
-from mjnav.control.problem.fan import led, moves, num_rollouts, shown_plan
+from mjnav.control.problem.fan import by_first_move, led, moves, num_rollouts, shown_plan
 from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
@@ -103,6 +103,8 @@ class Planner(ProblemController[P]):
         p = parameters
         check_memory(p, num_rollouts(p.num_speeds, p.num_turn_rates))
         self._way: tuple[bytes, WayField] | None = None
+        self._speed = min(p.preferred_speed, limits.max_speed)
+        self._moves = moves(limits, np.zeros(2), self._speed, p.num_speeds, p.num_turn_rates, p.hold)
         # Every wall that a rollout may come to counts.
         self._sight = replace(self.problem_parameters, wall_horizon=p.steps * p.step)
 
@@ -120,9 +122,11 @@ class Planner(ProblemController[P]):
         reach = Reach(problem.near_discs, walls_in_reach(o, self.limits, self._sight))
         samples = self.joint_samples(problem, reach, p.steps)
         limits = ControlLimits.of(o.twist, self.limits, self.period, p.step)
-        way, speed = self._way_to(problem), min(p.preferred_speed, self.limits.max_speed)
-        rows = moves(self.limits, o.twist, speed, p.num_speeds, p.num_turn_rates, p.hold)
-        rollouts = led(rows, problem.mean_pose, way, limits, speed, p.approach_time, p.preview, p.step, p.steps)
+        way = self._way_to(problem)
+        by_first_move(self._moves)[-1, :, :2] = o.twist
+        rollouts = led(
+            self._moves, problem.mean_pose, way, limits, self._speed, p.approach_time, p.preview, p.step, p.steps
+        )
         weighed = self.weigh(problem, way, self.risks_of(problem, reach, samples), rollouts)
         options = self.options(weighed, samples)
         feasible = options.contact <= p.risk_bound
@@ -141,11 +145,11 @@ class Planner(ProblemController[P]):
         """What rollouts cost."""
         p, o, pose = self.parameters, problem.observation, problem.mean_pose
         left, by_x, by_y = _ways_left(way, pose, rollouts.x, rollouts.y)
-        speed = min(p.preferred_speed, self.limits.max_speed)
-        at_start = float(_ways_left(way, pose, HERE, HERE)[0][0, 0])
+        at_start, speed = float(_ways_left(way, pose, HERE, HERE)[0][0, 0]), self._speed
         goal = p.progress_weight * progress(left, at_start, speed * p.steps * p.step)
-        dx, dy = 0.0 - left * by_x, 0.0 - left * by_y  # never -0.0, whose bearing is pi, at a goal that is reached
-        along = mean_goal_cost(rollouts, dx, dy, o.twist, self.limits, self.period, p)
+        for by in (by_x, by_y):  # becomes the way; never -0.0, whose bearing is pi, at a goal that is reached
+            np.subtract(0.0, np.multiply(left, by, out=by), out=by)
+        along = mean_goal_cost(rollouts, by_x, by_y, o.twist, self.limits, self.period, p)
         goal += (p.goal_weight * along + p.effort_weight * effort(rollouts, o.twist, p.half_track)) / speed**2
         return Weighed(rollouts, goal, risks(rollouts))
 
@@ -190,11 +194,19 @@ def progress(left: Array, at_start: float, way: float) -> Array:
 
 def effort(rollouts: Rollouts, twist: Array, half_track: float) -> Array:
     """E of rollouts whose first control follows `twist` (2,), (K,)."""
-    dv, domega = (
-        np.diff(np.concatenate([np.full((1, u.shape[1]), before), u]), axis=0)
-        for u, before in zip(rollouts.controls, twist, strict=True)
-    )
-    return ((dv**2).sum(axis=0) + half_track**2 * (domega**2).sum(axis=0)) / rollouts.step
+    v, omega = (_changes(u, float(before)) for u, before in zip(rollouts.controls, twist, strict=True))
+    return (v + half_track**2 * omega) / rollouts.step
+
+
+@exact
+def _changes(u: Matrix, before: float):
+    """The sums of the squared changes of controls (T, K), the first from `before`."""
+    total = np.zeros(u.shape[1])
+    for t in range(u.shape[0]):
+        for k in range(u.shape[1]):
+            change = u[t, k] - (u[t - 1, k] if t > 0 else before)
+            total[k] += change * change
+    return total
 
 
 def _message(problem: Problem, weighed: Weighed, followed: int) -> CandidateCosts:

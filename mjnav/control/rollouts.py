@@ -117,4 +117,5 @@ class Rollouts:
 
     def only(self, k: int) -> "Rollouts":
         """Rollout k alone."""
-        return Rollouts(self.controls[:, :, [k]], self.x[:, [k]], self.y[:, [k]], self.heading[:, [k]], self.step)
+        only = slice(k, k + 1)
+        return Rollouts(self.controls[:, :, only], self.x[:, only], self.y[:, only], self.heading[:, only], self.step)

@@ -60,8 +60,8 @@ def raw_moments(x: Array, degree: int, weights: Array | None = None) -> Array:
     moments = np.empty((*x.shape[:-1], degree))
     power = x
     for p in range(degree):
+        power = power * x if p else power
         moments[..., p] = power.mean(axis=-1) if weights is None else power @ weights
-        power = power * x
     return moments
 
 

@@ -67,7 +67,7 @@ class RkhsPlan(Planner[RkhsPlanParameters]):
 
         def risks(rollouts: Rollouts) -> Risks:
             h = self.violation(samples, rollouts)
-            return Risks(self.parameters.weight * distance(h), (h >= 1.0).mean(axis=1), h)
+            return Risks(self.parameters.weight * distance(h), np.count_nonzero(h >= 1.0, axis=1) / h.shape[1], h)
 
         return risks
 

@@ -5,10 +5,12 @@ for a while, and the control that the robot has; behind each of them come the sa
 of one first move stand together. Behind them come standing still, and the way to the goal alone.
 """
 
+from functools import lru_cache
 from itertools import product
 from math import inf
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.control.kernels.guides import lead
 from mjnav.control.rollouts import ControlLimits, Rollouts
@@ -27,15 +29,25 @@ def shown_plan(
     The fan are FAN of the K `rollouts`, evenly over the order of their `cost` (K,), cheapest first; `violation` (S,) is
     the plan's.
     """
-    shown = np.argsort(cost, kind="stable")[np.linspace(0, cost.size - 1, min(FAN, cost.size)).astype(int)]
+    shown = np.argsort(cost, kind="stable")[_evenly(cost.size)]
+    path, fan = np.empty((len(rollouts.x), 2)), np.empty((len(shown), len(rollouts.x), 2))
+    for c, (along, all_along) in enumerate(((followed.x, rollouts.x), (followed.y, rollouts.y))):
+        np.add(along[:, 0], position[c], out=path[:, c])
+        np.add(all_along[:, shown].T, position[c], out=fan[:, :, c])
     return PlanShown(
         step=followed.step,
-        path=position + np.stack([followed.x[:, 0], followed.y[:, 0]], axis=-1),
-        fan=position + np.stack([rollouts.x[:, shown].T, rollouts.y[:, shown].T], axis=-1),
+        path=path,
+        fan=fan,
         fan_cost=cost[shown],
         violation=violation,
         feasible=feasible,
     )
+
+
+@lru_cache
+def _evenly(num: int) -> NDArray[np.int64]:
+    """Up to FAN places from the first to the last of `num`."""
+    return np.linspace(0, num - 1, min(FAN, num)).astype(int)
 
 
 # Second moves: share of the preferred speed, share of the highest turn rate, and how long [s].

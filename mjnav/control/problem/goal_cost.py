@@ -63,16 +63,21 @@ def _costs_along(
     approach_time: float,
     heading_weight: float,
 ):
-    """J at every step of K paths; every array is (T, K), the goal is (dx, dy) from each state.
+    """The mean of J over the steps of K paths, (K,); every array is (T, K), the goal is (dx, dy) from each state.
 
     `before` is the control before the first step; `first` and `change` are the most that the first and each later
     control may change.
     """
     num_steps, num = v.shape
-    cost = np.empty(v.shape)
+    cost = np.zeros(num)
     vx, vy, distance = np.empty(num), np.empty(num), np.empty(num)
     for t in range(num_steps):
         for k in range(num):  # apart from what follows, which vectorises
+            b = max(k - 1, 0)  # paths that begin alike follow one another
+            same = k > 0 and heading[t, k] == heading[t, b] and dx[t, k] == dx[t, b] and dy[t, k] == dy[t, b]
+            if same and v[t, k] == v[t, b]:
+                vx[k], vy[k], distance[k] = vx[b], vy[b], distance[b]
+                continue
             vx[k], vy[k] = v[t, k] * np.cos(heading[t, k]), v[t, k] * np.sin(heading[t, k])
             distance[k] = np.hypot(dx[t, k], dy[t, k])
         most_v, most_omega = first if t == 0 else change
@@ -82,10 +87,8 @@ def _costs_along(
             changed = change_weight[0] * dv * dv + change_weight[1] * domega * domega
             per_metre = min(speed, distance[k] / approach_time) / max(distance[k], TINY)
             wanted_x, wanted_y = per_metre * dx[t, k], per_metre * dy[t, k]
-            cost[t, k] = _cost_at(
-                vx[k], vy[k], heading[t, k], changed, wanted_x, wanted_y, bearing[t, k], heading_weight
-            )
-    return cost
+            cost[k] += _cost_at(vx[k], vy[k], heading[t, k], changed, wanted_x, wanted_y, bearing[t, k], heading_weight)
+    return cost / num_steps
 
 
 def mean_goal_cost(
@@ -97,14 +100,13 @@ def mean_goal_cost(
     control is reached in one `period`, each of the others in one step.
     """
     r, (v, omega) = rollouts, twist.tolist()
-    cost = _costs_along(
+    return _costs_along(
         *r.controls, r.heading, dx, dy, np.arctan2(dy, dx), (v, omega),
         (limits.max_acceleration * period, limits.max_turn_acceleration * period),
         (limits.max_acceleration * r.step, limits.max_turn_acceleration * r.step),
         (p.speed_change_weight, p.turn_change_weight),
         min(p.preferred_speed, limits.max_speed), p.approach_time, p.heading_weight,
     )  # fmt: skip
-    return cost.mean(axis=0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -106,8 +106,8 @@ def _moves(body: ObstacleSamples) -> bool:
 def _relative_paths(bodies: list[ObstacleSamples], mean: Array, offsets: Array, times: Array) -> tuple[Array, Array]:
     """x and y (T, B, S) of the bodies' samples at `times` less the robot's samples, from its `mean` position."""
     paths = np.empty((2, len(times), len(bodies), offsets.shape[1]))
-    each = np.arange(offsets.shape[1])
-    rows = [each % len(body.position) for body in bodies]
+    num = offsets.shape[1]
+    rows = [slice(None) if len(body.position) == num else np.arange(num) % len(body.position) for body in bodies]
     straight = [b for b, body in enumerate(bodies) if body.future is None]
     if straight:  # at once, what `positions_at` does one by one
         start, velocity = (

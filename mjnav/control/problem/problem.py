@@ -62,23 +62,32 @@ class Problem(Constant):
     @cached_property
     def discs(self) -> Discs:
         """The samples of all obstacles, each on the straight line to where it is after `horizon`."""
-        return Discs.of([straightened(obstacle, self.parameters.horizon) for obstacle in self.observation.obstacles])
+        return self.discs_until(self.parameters.horizon)
 
     def discs_until(self, horizon: float) -> Discs:
         """The same with another horizon [s], which makes a difference where a future is predicted."""
         obstacles = self.observation.obstacles
         if all(obstacle.future is None for obstacle in obstacles):
-            return self.discs
+            return self._drawn
         return Discs.of([straightened(obstacle, horizon) for obstacle in obstacles])
 
     @cached_property
+    def _drawn(self) -> Discs:
+        """The samples of all obstacles, each with its velocity of now."""
+        return Discs.of(self.observation.obstacles)
+
+    @cached_property
+    def _drawn_means(self) -> Discs:
+        return self._drawn.means()
+
+    @cached_property
     def _means(self) -> Discs:
-        return self.discs.means()
+        return self._drawn_means if self.discs is self._drawn else self.discs.means()
 
     @cached_property
     def near_discs(self) -> tuple[int, ...]:
         """The discs that count, nearest first."""
-        return discs_in_reach(self._means, self.mean_pose, self.limits, self.parameters)
+        return discs_in_reach(self._drawn_means, self.mean_pose, self.limits, self.parameters)
 
     @cached_property
     def reach(self) -> Reach:
@@ -88,15 +97,18 @@ class Problem(Constant):
     @cached_property
     def cone(self) -> SampleCone:
         """The constraint samples of all discs and walls."""
-        return self._cone_of(self.reach)
+        return self._cone_of(self.reach, self.discs.take(self.reach.discs))
 
     @property
     def nearest_cone(self) -> SampleCone:
         """A cone whose first block is the nearest disc: all of it where it is known, else of that disc alone."""
-        return self.cone if "cone" in vars(self) else self._cone_of(Reach(self.near_discs[:1], ()))
+        if "cone" in vars(self):
+            return self.cone
+        nearest = [straightened(self.observation.obstacles[j], self.parameters.horizon) for j in self.near_discs[:1]]
+        return self._cone_of(Reach(self.near_discs[:1], ()), Discs.of(nearest))
 
-    def _cone_of(self, reach: Reach) -> SampleCone:
-        o, discs = self.observation, self.discs.take(reach.discs)
+    def _cone_of(self, reach: Reach, discs: Discs) -> SampleCone:
+        o = self.observation
         surroundings = blocks(discs, reach, o, self.limits, self.parameters)
         return SampleCone.of(surroundings, self.rule, o.robot_pose, o.control_noise, self.parameters.preview)
 
