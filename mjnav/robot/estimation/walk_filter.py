@@ -137,6 +137,28 @@ def _begin_anew(m, P, mean, before, T, variance, drift):
 # ----------------------------------------------------------------------------- filter of one person
 
 
+@kernel
+def _predicted(
+    weights: Vector, walks: Flags, mean: Matrix, covariance: Cube, num: int, offset: float, interval: float,
+    motion: StopAndGo,
+):  # fmt: skip
+    """`gone_on` of the `num` particles that are `kept`."""
+    chosen, new = kept(weights, num, offset)
+    return gone_on(new, walks[chosen], mean[chosen], covariance[chosen], interval, motion)
+
+
+@kernel
+def _corrected(
+    weights: Vector, walks: Flags, mean: Matrix, covariance: Cube, measured: Vector, age: float, share: Vector,
+    bias: Matrix, noise: Cube, floor: float, num: int, offset: float,
+):  # fmt: skip
+    """All that is `explained`, and of the `num` kept: weights, modes, means and covariances."""
+    joint = explained(weights, mean, covariance, measured, age, share, bias, noise, floor)
+    chosen, new = kept(joint, num, offset)
+    owner, m, P = corrected(chosen, mean, covariance, measured, age, bias, noise)
+    return joint, new, walks[owner], m, P
+
+
 JUDGED = 32  # particles by which it is judged whether a body could have been seen
 Detectable = Callable[[Array], Array]  # points (n, 2) [m] -> probability that a body there would have been detected
 
@@ -171,9 +193,9 @@ class WalkFilter:
         """The belief after `interval` [s] of which nothing is known; one of no length changes nothing."""
         if interval <= 0.0:
             return
-        chosen, weights = kept(self._weights, self._num, self._resampling.random())
-        self._become(*gone_on(
-            weights, self._walks[chosen], self._mean[chosen], self._covariance[chosen], interval, self._motion,
+        self._become(*_predicted(
+            self._weights, self._walks, self._mean, self._covariance, self._num, self._resampling.random(), interval,
+            self._motion,
         ))  # fmt: skip
 
     def correct(self, measured: Array, noise: GaussianSum, *, age: float = 0.0, floor: float = 0.0) -> float:
@@ -181,14 +203,13 @@ class WalkFilter:
 
         `floor` [1/m^2] is the density of a measurement that says nothing, times its probability.
         """
-        measured = np.ascontiguousarray(measured, float)
-        terms = noise.weights, noise.means, noise.covariances
-        joint = explained(self._weights, self._mean, self._covariance, measured, age, *terms, floor)
-        density, offset = float(joint.sum()), self._resampling.random()
+        joint, *posterior = _corrected(
+            self._weights, self._walks, self._mean, self._covariance, np.ascontiguousarray(measured, float), age,
+            noise.weights, noise.means, noise.covariances, floor, self._num, self._resampling.random(),
+        )  # fmt: skip
+        density = float(joint.sum())
         if density > 0.0:
-            chosen, weights = kept(joint, self._num, offset)
-            owner, mean, covariance = corrected(chosen, self._mean, self._covariance, measured, age, *terms[1:])
-            self._become(weights, self._walks[owner], mean, covariance)
+            self._become(*posterior)
         return density
 
     def density(self, measured: Array, noise: GaussianSum, *, age: float = 0.0) -> float:
