@@ -83,14 +83,19 @@ ATOMS = frozenset((float, int, bool, str, type(None)))
 def _with_arrays(part: Any, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Any:
     """The part of a message anew, every array in it changed."""
     kind = type(part)
+    if kind is np.ndarray:
+        return change(part)
     if kind in ATOMS:
         return part
-    if isinstance(part, np.ndarray):
-        return change(part)
     if isinstance(part, tuple):
         return tuple([_with_arrays(one, change) for one in part])
+    if isinstance(part, np.ndarray):
+        return change(part)
     names = _field_names(kind)
-    return kind(*[_with_arrays(getattr(part, name), change) for name in names]) if names else part
+    if not names:
+        return part
+    values = [getattr(part, name) for name in names]
+    return kind(*[one if type(one) in ATOMS else _with_arrays(one, change) for one in values])
 
 
 @lru_cache
