@@ -20,10 +20,10 @@ A = TypeVar("A", bound=np.generic)
 
 def sealed(array: NDArray[A]) -> NDArray[A]:
     """The same values, in the same order in memory, in an array that cannot be made writable; a sealed one itself."""
-    owner = array
-    while isinstance(owner.base, np.ndarray):
+    owner = array.base
+    while isinstance(owner, np.ndarray):
         owner = owner.base
-    if isinstance(owner.base, bytes):
+    if isinstance(owner, bytes):
         return array
     if array.flags.fnc:
         return np.frombuffer(array.tobytes("F"), array.dtype).reshape(array.shape, order="F")

@@ -30,7 +30,7 @@ from mjnav.scene.people import AGAIN, CLEAR_OF_ROBOT, MAX_WALKING_SPEED, PERIOD,
 from mjnav.scene.ranges import Point
 from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import ways_of
-from mjnav.sealed import sealed_message
+from mjnav.sealed import sealed, sealed_message
 from mjnav.settings.plugins import BehaviourPlugin
 from mjnav.world.engine import Engine
 from mjnav.world.people.temperament import Temperaments
@@ -296,6 +296,8 @@ class Pedestrians:
             temperaments = None if walk.tempers or not sees else Temperaments(scenario, index)
             self._straight[place] = not walk.sidesteps
             self._groups.append((place, sees, walk, temperaments))
+        self._all_see = all(sees for _, sees, _, _ in self._groups)
+        self._unseen = sealed(np.full(3, np.nan)), sealed(np.full(2, np.nan))  # pose and twist of the robot
         self._presence = Presence(scenario, seed) if comes_or_goes(scenario) else None
 
     @property
@@ -342,9 +344,8 @@ class Pedestrians:
     def velocities(self, world: WorldState) -> Array:
         """Desired velocities of all people, (P, 2) [m/s]; zero for those who are not there."""
         desired = np.zeros((len(self._radii), 2))
-        unseen = world
-        if not all(sees for _, sees, _, _ in self._groups):
-            unseen = replace(world, robot_pose=np.full(3, np.nan), robot_twist=np.full(2, np.nan))
+        pose, twist = self._unseen
+        unseen = world if self._all_see else replace(world, robot_pose=pose, robot_twist=twist)
         for place, sees, walk, temperaments in self._groups:
             wanted = walk.velocities(world if sees else unseen)
             desired[place] = wanted if temperaments is None else temperaments.applied(world, wanted)
