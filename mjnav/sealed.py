@@ -83,14 +83,12 @@ ATOMS = frozenset((float, int, bool, str, type(None)))
 def _with_arrays(part: Any, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Any:
     """The part of a message anew, every array in it changed."""
     kind = type(part)
-    if kind is np.ndarray:
+    if isinstance(part, np.ndarray):
         return change(part)
     if kind in ATOMS:
         return part
     if isinstance(part, tuple):
         return tuple([_with_arrays(one, change) for one in part])
-    if isinstance(part, np.ndarray):
-        return change(part)
     names = _field_names(kind)
     if not names:
         return part
