@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import lru_cache
 from math import inf, isfinite
+from sys import float_info
 from typing import Any
 
 import numpy as np
@@ -43,7 +44,7 @@ def finite(key: str, value: object, *shape: Any, unit: str = "", most: float = i
     fits = numbers.ndim == len(axes) or (numbers.ndim > len(axes) and axes != shape)
     lengths = zip(numbers.shape[::-1], axes[::-1], strict=False)  # from the last axis on
     fits = fits and all(found > 0 if wanted is None else found == wanted for found, wanted in lengths)
-    if not (fits and (np.abs(numbers) <= most).all() and np.isfinite(numbers).all()):
+    if not (fits and (np.abs(numbers) <= min(most, float_info.max)).all()):
         text = str(shape).replace("Ellipsis", "...").replace("None", "n")
         allowed = f"finite numbers, an array of shape {text}" if shape else "a finite number"
         allowed += f", up to {most:g}" if most < inf else ""

@@ -82,18 +82,12 @@ ATOMS = frozenset((float, int, bool, str, type(None)))
 
 def _with_arrays(part: Any, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Any:
     """The part of a message anew, every array in it changed."""
-    kind = type(part)
     if isinstance(part, np.ndarray):
         return change(part)
-    if kind in ATOMS:
-        return part
-    if isinstance(part, tuple):
-        return tuple([_with_arrays(one, change) for one in part])
-    names = _field_names(kind)
-    if not names:
-        return part
-    values = [getattr(part, name) for name in names]
-    return kind(*[one if type(one) in ATOMS else _with_arrays(one, change) for one in values])
+    kind, is_tuple = type(part), isinstance(part, tuple)
+    values = part if is_tuple else [getattr(part, name) for name in _field_names(kind)]
+    anew = [value if type(value) in ATOMS else _with_arrays(value, change) for value in values]  # most are
+    return tuple(anew) if is_tuple else kind(*anew) if anew else part
 
 
 @lru_cache

@@ -23,20 +23,21 @@ rad/s. Every value is clipped to its bounds.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
-from math import sqrt
+from math import pi, sqrt
 from types import MappingProxyType
 from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjnav.compile.compiled import Cube, exact
 from mjnav.control.base import status_of
 from mjnav.control.parameters import LoopParameters
-from mjnav.geometry.angles import circular_mean, wrap
+from mjnav.geometry.angles import LEAST, circular_mean
 from mjnav.geometry.distances import segment_distance
 from mjnav.messages import MOST_STANDING, Array, Decision, Observation, ObstacleSamples, RobotLimits
 from mjnav.motion.unicycle import command_bounds
@@ -118,23 +119,44 @@ def _robot_bounds(features: Features, limits: RobotLimits) -> Bounds:
 def _robot(features: Features, limits: RobotLimits, observation: Observation, frame: Frame) -> Array:
     way = observation.goal - frame.origin
     direction = np.arctan2(way[1], way[0])
-    pose = observation.robot_pose
-    errors = np.column_stack([turned(pose[:, :2] - frame.origin, -direction), wrap(pose[:, 2] - frame.heading)])
     heading = frame.heading - direction
-    return np.array([np.hypot(*way), np.cos(heading), np.sin(heading), *observation.twist, *_spread(errors)])
+    _, errors = _deviations(np.array(observation.robot_pose[None]), *frame.origin.tolist(), frame.heading,
+                            float(np.cos(-direction)), float(np.sin(-direction)))  # fmt: skip
+    (spread,) = _spread(errors)
+    return np.array([np.hypot(*way), np.cos(heading), np.sin(heading), *observation.twist, *spread])
 
 
-def _spread(errors: Array) -> Array:
-    """Standard deviations and correlations, row by row, of samples (n, d) about their mean: (d + d (d - 1)/2,)."""
-    errors = errors - errors.mean(axis=0)
-    covariance = (errors.T @ errors / len(errors)).tolist()
-    std = [sqrt(row[i]) for i, row in enumerate(covariance)]
-    pairs = combinations(range(len(std)), 2)
-    return np.array(std + [_correlation(covariance[i][j], std[i] * std[j]) for i, j in pairs])
+@exact
+def _deviations(samples: Cube, x: float, y: float, heading: float, cos: float, sin: float):
+    """Means (P, d) of samples (P, n, d) and the deviations from them, of columns x, y in a frame at (x, y).
+
+    It is turned by an angle of that `cos` and `sin`. A third column is a heading [rad], and taken against `heading`.
+    """
+    num_bodies, num, columns = samples.shape
+    mean, errors = np.zeros((num_bodies, columns)), np.empty(samples.shape)
+    for p in range(num_bodies):
+        for i in range(num):
+            dx, dy = samples[p, i, 0] - x, samples[p, i, 1] - y
+            errors[p, i, 0], errors[p, i, 1] = cos * dx - sin * dy, sin * dx + cos * dy
+            if columns == 3:
+                errors[p, i, 2] = max(pi - (pi - (samples[p, i, 2] - heading)) % (2.0 * pi), LEAST)
+            for j in range(columns):
+                mean[p, j] += errors[p, i, j]
+        for j in range(columns):
+            mean[p, j] /= num
+            for i in range(num):
+                errors[p, i, j] -= mean[p, j]
+    return mean, errors
 
 
-def _correlation(covariance: float, product: float) -> float:
-    return covariance / product if product > LEAST_STD**2 else 0.0
+def _spread(errors: Array) -> list[list[float]]:
+    """Of each body standard deviations, then correlations row by row, of deviations (P, n, d): d + d (d - 1)/2 each."""
+    rows = []
+    for covariance in (errors.transpose(0, 2, 1) @ errors / errors.shape[1]).tolist():
+        std = [sqrt(row[i]) for i, row in enumerate(covariance)]
+        products = ((covariance[i][j], std[i] * std[j]) for i, j in combinations(range(len(std)), 2))
+        rows.append(std + [one / product if product > LEAST_STD**2 else 0.0 for one, product in products])
+    return rows
 
 
 def _people_bounds(features: Features, limits: RobotLimits) -> Bounds:
@@ -145,10 +167,10 @@ def _people_bounds(features: Features, limits: RobotLimits) -> Bounds:
 
 
 def _people(features: Features, limits: RobotLimits, observation: Observation, frame: Frame) -> Array:
-    rows = [_person(person, limits, frame) for person in people(observation)]
-    seen = sorted((row for row in rows if np.hypot(row[1], row[2]) <= features.sight), key=lambda row: row[6])
-    block = np.zeros((features.max_people, len(PERSON)))
-    for row, values in zip(block, seen, strict=False):
+    block, found = np.zeros((features.max_people, len(PERSON))), people(observation)
+    together = len({person.position.shape for person in found}) == 1  # else they are looked at one by one
+    rows = [row for group in ([found] if together else zip(found)) for row in _rows(group, features, limits, frame)]
+    for row, values in zip(block, sorted(rows, key=lambda row: row[6]), strict=False):
         row[:] = values
     return block
 
@@ -159,12 +181,18 @@ def people(observation: Observation) -> tuple[ObstacleSamples, ...]:
     return obstacles if known is None else obstacles[: len(obstacles) - min(len(known.discs), MOST_STANDING)]
 
 
-def _person(person: ObstacleSamples, limits: RobotLimits, frame: Frame) -> Array:
-    position, velocity = frame.place(person.position), turned(person.velocity, -frame.heading)
-    at = position.mean(axis=0)
-    clearance = np.hypot(*at) - person.radius - limits.radius
-    spread = [*_spread(position), *_spread(velocity)]
-    return np.array([1.0, *at, *velocity.mean(axis=0), person.radius, clearance, *spread])
+def _rows(
+    seen: Sequence[ObstacleSamples], features: Features, limits: RobotLimits, frame: Frame
+) -> Iterator[list[float]]:
+    """The values of those of some people, with equally many samples, who are in sight."""
+    turn = float(np.cos(-frame.heading)), float(np.sin(-frame.heading))
+    place, errors = _deviations(np.array([one.position for one in seen]), *frame.origin.tolist(), 0.0, *turn)
+    velocity, changes = _deviations(np.array([one.velocity for one in seen]), 0.0, 0.0, 0.0, *turn)
+    parts = np.hypot(*place.T).tolist(), place.tolist(), velocity.tolist(), _spread(errors), _spread(changes)
+    for one, distance, at, moves, *spreads in zip(seen, *parts, strict=True):
+        if distance <= features.sight:
+            clearance = distance - one.radius - limits.radius
+            yield [1.0, *at, *moves, one.radius, clearance, *spreads[0], *spreads[1]]
 
 
 def _scan_bounds(features: Features, limits: RobotLimits) -> Bounds:
@@ -268,7 +296,7 @@ class Encoder:
         frame, blocks = Frame.of(observation), {}
         for name, (low, high) in self.bounds.items():
             values = KINDS[name][1](self.features, self._limits, observation, frame)
-            blocks[name] = np.clip(values.astype(np.float32), low, high)
+            blocks[name] = values.astype(np.float32).clip(low, high)
         return blocks
 
 

@@ -156,7 +156,7 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         info: dict[str, Any] = {
             "time_s": after.time,
             "distance_to_goal_m": self._distance(after),
-            "clearance_m": step.clearance(),
+            "clearance_m": step.clearance,
             "reward_terms": terms,
         }
         if simulation.done:

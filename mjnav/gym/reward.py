@@ -7,6 +7,7 @@ Rewards see the truth, which no policy does.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from math import hypot
 from types import MappingProxyType
 
@@ -22,7 +23,7 @@ from mjnav.scene.spec import Scenario
 COMFORT = 0.2  # [m] between surfaces, below which people feel uneasy; Chen et al. 2019
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Transition:
     """One step of the world."""
 
@@ -34,6 +35,7 @@ class Transition:
     command: Array  # (2,) v, omega decided in this step
     outcome: str | None  # how the run ended, if it did
 
+    @cached_property
     def clearance(self) -> float:
         """Least distance between the robot's surface and anyone's within the step [m]; inf where nobody is there.
 
@@ -44,10 +46,10 @@ class Transition:
         start, end = (state.people_position - state.robot_pose[:2] for state in (self.before, self.after))
         told = self.after.people_radius
         radii = np.array([person.radius for person in self.scenario.people]) if told is None else told
-        radii = radii + self.scenario.robot.radius
-        straight = segment_distance(np.zeros(2), start, end)  # NaN for who comes, goes or is not there
-        distance = np.where(np.isnan(straight), np.fmin(np.hypot(*start.T), np.hypot(*end.T)), straight) - radii
-        return float(distance[~np.isnan(distance)].min(initial=np.inf))
+        distance = segment_distance(np.zeros(2), start, end)
+        if np.isnan(distance).any():  # who comes, goes or is not there
+            distance = np.where(np.isnan(distance), np.fmin(np.hypot(*start.T), np.hypot(*end.T)), distance)
+        return float(np.fmin.reduce(distance - (radii + self.scenario.robot.radius), initial=np.inf))
 
     def progress(self) -> float:
         """How much nearer the robot came to `target` [m]."""
@@ -65,7 +67,7 @@ class Term:
 
 
 def _discomfort(step: Transition) -> float:
-    clearance = step.clearance()
+    clearance = step.clearance
     return -0.1 + 0.5 * clearance if 0.0 <= clearance < COMFORT and not step.after.contacts else 0.0
 
 

@@ -5,6 +5,7 @@ A channel's noise is added to the truth: reading = truth + noise, actual twist =
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Annotated, Any
 
@@ -221,6 +222,7 @@ def describe_profiles() -> dict[str, str]:
     return {name: (make.__doc__ or "").strip().partition("\n")[0].replace("`", "") for name, make in _PROFILES.items()}
 
 
+@lru_cache  # the distributions never change, and take 2 ms to make
 def profile(name: str) -> Mapping[str, Distribution]:
     """The distribution of every channel in CHANNELS; InvalidValue where there is no such profile."""
     if name not in _PROFILES:

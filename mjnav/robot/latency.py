@@ -15,7 +15,7 @@ Decisions that a caller gives to `Simulation.step`, or that a controller returns
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, floor
 
 import numpy as np
 
@@ -196,7 +196,7 @@ class RobotPrediction:
 
 def _window(time: float) -> int:
     """Index of the noise window that holds at `time` [s]."""
-    return int(np.floor((time + ROUNDING) / NOISE_WINDOW))
+    return floor((time + ROUNDING) / NOISE_WINDOW)
 
 
 # ------------------------------------------------------------------------------- decisions as given

@@ -30,7 +30,7 @@ from mjnav.robot.controller import build_controller, num_samples, plans_in_time
 from mjnav.robot.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
 from mjnav.robot.estimation.base import DRAWS
 from mjnav.robot.latency import CommandHistory, RobotPrediction, check_decision, make_latency
-from mjnav.robot.prediction import Crowd, Predictor, RobotNow, make_predictor
+from mjnav.robot.prediction import Crowd, OwnPredictor, Predictor, RobotNow, make_predictor
 from mjnav.robot.sanity import Sanity
 from mjnav.robot.seen_space import FloorMap
 from mjnav.robot.wayfinder import Wayfinder
@@ -73,7 +73,7 @@ class Navigator:
         limits = scenario.robot.limits
         self._robot_prediction = RobotPrediction(noise, limits, seed)
         self._history = CommandHistory(limits)
-        self._low, self._high = command_bounds(limits)
+        self._low, self._high = (bound.tolist() for bound in command_bounds(limits))
         self.latency = make_latency(scenario, seed)
         self.period = scenario.control.period
         self._predicts = scenario.control.prediction
@@ -197,7 +197,7 @@ class Navigator:
     ) -> list[ObstacleSamples]:
         """Everybody from the moment of effect on, at which the robot's poses are (N, 3)."""
         samples = np.array(drawn).reshape(-1, self._num_samples, 4)
-        robot = None if self._scenario.prediction is None else self._robot_now(pose)
+        robot = self._robot_now(pose) if isinstance(self._predictor, OwnPredictor) else None  # mjnav's look at no robot
         people = self._predictor.predict(Crowd(tracks, samples, effect, self.floor_map.known, robot))
         radii = [track.radius for track in tracks]
         ahead = [None] * len(tracks) if people.ahead is None else list(people.ahead)
@@ -243,10 +243,9 @@ class Navigator:
         check_decision(decision)
         costs = None if decision.costs is None else sealed_costs(decision.costs)
         plan = None if decision.plan is None else sealed_plan(decision.plan)
-        wish = np.array([decision.v, decision.omega], float)
-        within = np.clip(wish, self._low, self._high)
-        v, omega = within.tolist()
-        changed = None if (within == wish).all() else (float(decision.v), float(decision.omega))
+        wish = float(decision.v), float(decision.omega)
+        v, omega = (min(high, max(low, u)) for low, u, high in zip(self._low, wish, self._high, strict=True))
+        changed = None if (v, omega) == wish else wish
         return Decision(v, omega, decision.status, costs, wish=changed, plan=plan)
 
     def actuate(self, tick: int, decision: Decision, spent: float) -> tuple[Array, list[tuple[float, Array]]]:

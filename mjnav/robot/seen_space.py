@@ -92,6 +92,8 @@ class FloorMap(Constant):
 
     def _near_walls(self, position: Array) -> tuple[NDArray[np.int_], Array]:
         """The places of the walls and their faces towards `position` (2,)."""
+        if not self._index.size:
+            return self._index, self._faces[:, 0]
         left = self._across @ position >= self._middle
         faces = self._faces[self._index, left.astype(int)]
         near = nearest(len(faces), lambda: segment_distance(position, faces[:, 0], faces[:, 1]))

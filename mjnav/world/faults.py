@@ -165,6 +165,9 @@ class Kidnappings:
 WATCHDOG = 0.5  # [s] without a command after which the base stops by itself, as bases do
 
 
+NO_SLIP = np.zeros((0, 2))
+
+
 class FaultyWheels:
     """Between the commands and the floor. Without faults of the wheels commands and set-points stay as they are."""
 
@@ -205,7 +208,7 @@ class FaultyWheels:
         """
         slip = self._slip
         if slip is None:
-            return twists, np.zeros((0, 2))
+            return twists, NO_SLIP
         times = (step + np.arange(len(twists))) * self._timestep
         lasts = (times >= slip.start - 1e-9) & (times < slip.end - 1e-9)
         wheels = np.stack(self._drive.wheel_speeds(twists[:, 0], twists[:, 1]), axis=1)

@@ -221,7 +221,8 @@ class KinematicEngine:
         self._robot = np.array([*scenario.robot.start, 0.0, 0.0, 0.0, 0.0])
         self._jump = 0.0  # [rad] of the heading, by teleporting
         self._spun = np.zeros(2)  # [rad] that the wheels turned on the spot
-        self._radius, self._drive = scenario.robot.radius, scenario.robot.drive
+        self._radius, drive = scenario.robot.radius, scenario.robot.drive
+        self._wheel = drive.wheel_speeds(1.0, 0.0)[0], drive.wheel_speeds(0.0, 1.0)[1]  # [rad/s] per v, per omega
         # x, y, vx, vy, radius
         self._people = np.zeros((len(scenario.people), 5))
         for row, person in zip(self._people, scenario.people, strict=True):
@@ -239,8 +240,7 @@ class KinematicEngine:
         """See `Engine`."""
         touch = self._first_touch
         touch[:] = -1
-        left, right = self._drive.wheel_speeds(1.0, 0.0)[0], self._drive.wheel_speeds(0.0, 1.0)[1]
-        _advance(
+        touched = _advance(
             self._robot,
             self._radius,
             self._people,
@@ -249,10 +249,10 @@ class KinematicEngine:
             self._plan.boxes,
             np.ascontiguousarray(twists),
             self._timestep,
-            (left, right),
+            self._wheel,
             touch,
         )
-        for i in np.flatnonzero(touch >= 0):
+        for i in np.flatnonzero(touch >= 0) if touched else ():
             self.contacts.add(self._names[i], 0.0, (self._steps + int(touch[i])) * self._timestep)
         self._steps += len(twists)
 
@@ -332,7 +332,8 @@ def _advance(
 ):
     """Steps everything in place, one step a row of `twists`; `wheel` is wheel speed per v and per omega.
 
-    first_touch (P + n + m,) receives the first step in which the robot met each person, disc and box.
+    first_touch (P + n + m,) receives the first step in which the robot met each person, disc and box. Returns whether
+    it met any.
     """
     room = len(twists) * timestep * np.hypot(desired[:, 0], desired[:, 1])
     nearby = in_reach(people, room, discs, boxes)
@@ -341,3 +342,4 @@ def _advance(
             nearby = in_reach(people, room, discs, boxes)
         v, omega = twists[step, 0], twists[step, 1]
         step_robot(robot, radius, people, discs, boxes, v, omega, timestep, wheel, first_touch, step)
+    return (first_touch >= 0).any()

@@ -76,8 +76,10 @@ class Simulator:
             until = min(until, end)
             while self._step < until:
                 obeyed = self._wheels.command(current, self._step)
-                grids = (self._noise_windows, self._decisions, self._sensing, self._wheels, self._kidnappings)
-                moment = min(until, self._sensors.next_packet, *(grid.next for grid in grids))
+                moment = min(
+                    until, self._noise_windows.next, self._decisions.next, self._sensing.next,
+                    self._sensors.next_packet, self._wheels.next, self._kidnappings.next,
+                )  # fmt: skip
                 set_points = self._actuation.twists(obeyed, moment - self._step)
                 twists, slipped = self._wheels.over_floor(set_points, self._step)
                 self._engine.advance(twists)

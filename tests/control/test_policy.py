@@ -63,6 +63,20 @@ def test_people_in_the_robots_frame_nearest_first_and_no_further_than_sight():
     assert not rows[2].any()
 
 
+@pytest.mark.parametrize("numbers", [(9, 9, 9), (9, 4, 7)])
+def test_a_persons_row_has_the_moments_of_the_samples_however_many_the_others_have(numbers):
+    rng = np.random.default_rng(1)
+    seen = [ObstacleSamples(rng.normal(0.1 * n, 1.0, (n, 2)), rng.normal(size=(n, 2)), 0.3) for n in numbers]
+    rows = encoded(observation(*seen, robot_pose=np.zeros((2, 3))))["people"]
+    expected = []
+    for one in seen:
+        at, (c, v) = one.position.mean(axis=0), (np.cov(x.T, bias=True) for x in (one.position, one.velocity))
+        (sx, sy), (svx, svy) = np.sqrt(np.diag(c)), np.sqrt(np.diag(v))
+        spread = sx, sy, c[0, 1] / (sx * sy), svx, svy, v[0, 1] / (svx * svy)
+        expected.append([1.0, *at, *one.velocity.mean(axis=0), 0.3, np.hypot(*at) - 0.3 - LIMITS.radius, *spread])
+    np.testing.assert_allclose(rows[:3], sorted(expected, key=lambda row: row[6]), rtol=1e-5, atol=1e-6)
+
+
 def test_a_sector_has_its_least_range_and_sight_where_nothing_is_met():
     assert encoded(observation())["scan"].tolist() == [1.0, 3.0, 5.0, 10.0]
 

@@ -17,6 +17,11 @@ def test_a_wrapped_angle_is_the_same_direction_in_the_half_open_range(angle):
     assert np.sin(wrapped) == pytest.approx(np.sin(angle), abs=1e-9)
 
 
+@given(st.floats(allow_infinity=False))
+def test_one_angle_and_an_array_of_it_are_wrapped_to_the_same_bits(angle):
+    assert np.float64(wrap(angle)).tobytes() == wrap(np.array([angle])).tobytes()
+
+
 @given(ANGLES)
 def test_the_way_round_is_the_wrapped_angle_but_that_half_a_turn_has_one_side(angle):
     turn = shortest_turn(angle)

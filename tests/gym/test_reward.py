@@ -35,6 +35,12 @@ def test_discomfort_is_the_published_line_below_20_cm_and_sees_between_the_ends_
     assert value("discomfort", passes) == pytest.approx(-0.05)
 
 
+def test_who_comes_within_a_step_counts_where_they_are_after_it():
+    comes = step(state(0.0, (np.nan, np.nan)), state(0.0, (0.62, 0.0)))
+    assert comes.clearance == pytest.approx(0.1)
+    assert step(comes.before, comes.before).clearance == np.inf
+
+
 def test_sums_over_an_episode_are_the_metrics():
     weights = {"progress": 2.0, "time": 1.0, "control": 0.5}
     overrides = ("physics.engine=kinematic", "time_limit=3")

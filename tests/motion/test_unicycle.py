@@ -38,6 +38,14 @@ def test_the_arc_solves_the_unicycles_equation(pose, v, omega, duration):
 
 
 SPEED, TURN = st.floats(-2.0, 2.0), st.floats(-3.0, 3.0)
+
+
+@given(st.tuples(SPEED, SPEED, TURN), SPEED, TURN, st.floats(0.0, 1.5))
+def test_one_pose_and_an_array_of_it_move_to_the_same_bits(pose, v, omega, duration):
+    one, row = integrate(pose, v, omega, duration), integrate([pose], [v], [omega], duration)
+    assert one.tobytes() == row.tobytes()
+
+
 TWIST = st.tuples(SPEED, TURN)
 LIMITS = RobotLimits(max_speed=1.2, min_speed=-0.3, max_turn_rate=2.0, max_acceleration=0.7, max_turn_acceleration=2.5)
 
