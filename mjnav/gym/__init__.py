@@ -18,17 +18,18 @@ except ModuleNotFoundError as error:
         raise
     raise missing_extra("gymnasium", "gym") from None
 
-from mjnav.gym.env import SceneEnv
+from mjnav.gym.env import SceneEnv, VectorSceneEnv
 from mjnav.gym.reward import PUBLISHED, TERMS
 
-__all__ = ["PUBLISHED", "TERMS", "SceneEnv", "register"]
+__all__ = ["PUBLISHED", "TERMS", "SceneEnv", "VectorSceneEnv", "register"]
 
 
 def register() -> None:
     """Registers the environments; once more changes nothing."""
     for name, scene in (("Hall", {"scene": "hall"}), ("Scene", {})):
         if (name := f"mjnav/{name}-v0") not in gymnasium.registry:
-            gymnasium.register(name, entry_point="mjnav.gym.env:SceneEnv", kwargs=scene)
+            single, vector = "mjnav.gym.env:SceneEnv", "mjnav.gym.env:VectorSceneEnv"
+            gymnasium.register(name, entry_point=single, vector_entry_point=vector, kwargs=scene)
 
 
 register()

@@ -118,7 +118,7 @@ def test_a_policy_as_a_controller_sees_what_the_environment_showed_bit_for_bit()
     assert steps[-1][4]["summary"]["state_hash"] == result.summary["state_hash"]
 
 
-@pytest.mark.parametrize("mode", ["sync", "async"])
+@pytest.mark.parametrize("mode", [None, "sync", "async"])
 def test_eight_in_a_vector_are_eight_single_ones(mode):
     options = {"scene": "crossing1", "overrides": (*QUICK, "time_limit=0.3")}
     envs = gymnasium.make_vec("mjnav/Scene-v0", num_envs=8, vectorization_mode=mode, **options)
@@ -138,6 +138,18 @@ def test_eight_in_a_vector_are_eight_single_ones(mode):
         envs.step(np.zeros((8, 2), np.float32))  # begins the next episodes
     finally:
         envs.close()
+
+
+def test_an_action_of_a_vector_that_cannot_be_used_is_refused_before_any_world_moves():
+    envs = gymnasium.make_vec("mjnav/Scene-v0", num_envs=2, scene="crossing1", overrides=QUICK)
+    envs.reset(seed=0)
+    actions = np.zeros((2, 2))
+    with pytest.raises(InvalidValue, match=r"^action: found"):
+        envs.step(np.array([[0.0, 0.0], [np.nan, 0.0]]))
+    assert [env.simulation.tick for env in envs.envs] == [0, 0]
+    envs.step(actions)
+    assert [env.simulation.tick for env in envs.envs] == [1, 1]
+    envs.close()
 
 
 @pytest.mark.parametrize(
