@@ -1,4 +1,4 @@
-"""Episodes an hour of one core, and CPU time a simulated second; kinematic or not, as the sweeps of studies run them.
+"""Episodes an hour of one core, and CPU time a simulated second, of scenes that studies sweep.
 
     uv run python benchmarks/episodes.py
 

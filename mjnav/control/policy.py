@@ -120,7 +120,7 @@ def _robot(features: Features, limits: RobotLimits, observation: Observation, fr
     way = observation.goal - frame.origin
     direction = np.arctan2(way[1], way[0])
     heading = frame.heading - direction
-    _, errors = _deviations(np.array(observation.robot_pose[None]), *frame.origin.tolist(), frame.heading,
+    _, errors = _deviations(np.array(observation.robot_pose[None], order="C"), *frame.origin.tolist(), frame.heading,
                             float(np.cos(-direction)), float(np.sin(-direction)))  # fmt: skip
     (spread,) = _spread(errors)
     return np.array([np.hypot(*way), np.cos(heading), np.sin(heading), *observation.twist, *spread])
