@@ -10,7 +10,6 @@ it, and a log has it where its run file says `[log] drawings = true`.
 /cone holds the constraint's samples for the closest obstacle at the chosen control.
 """
 
-from collections.abc import Iterator
 from functools import lru_cache
 from itertools import pairwise
 
@@ -23,6 +22,7 @@ from numpy.typing import ArrayLike
 from mjnav.log.encode.geometry import WORLD_FRAME, pose, stamp
 from mjnav.log.encode.protobuf import (
     POINT_SIZE,
+    POINT_XY,
     Fields,
     Schema,
     delimited,
@@ -64,6 +64,9 @@ def chosen_candidate(decision: Decision) -> int | None:
     if (costs := decision.costs) is None:
         return None
     v, omega = decision.wish or (decision.v, decision.omega)
+    best = int(np.argmin(costs.total))
+    if costs.v[best] == v and costs.omega[best] == omega:
+        return best
     same = np.flatnonzero((costs.v == v) & (costs.omega == omega))
     return int(same[np.argmin(costs.total[same])]) if same.size else None
 
@@ -71,8 +74,8 @@ def chosen_candidate(decision: Decision) -> int | None:
 def encode_candidates(pose: Array, decision: Decision, costs: CandidateCosts) -> bytes:
     """mjnav.Candidates of a decision taken at the believed pose (3,)."""
     chosen = chosen_candidate(decision)
-    columns = np.ascontiguousarray(costs.cone.T)
-    used = set(np.flatnonzero(columns.any(axis=1)).tolist())
+    used = np.ones(len(costs.v)) @ (costs.cone != 0.0)  # how often, in a fifth of the time that `any` takes
+    columns = [encode_fields(_COLUMN, costs.cone[:, j]) if n else b"" for j, n in enumerate(used.tolist())]
     return encode_fields(
         _CANDIDATES,
         pose,
@@ -80,7 +83,7 @@ def encode_candidates(pose: Array, decision: Decision, costs: CandidateCosts) ->
         costs.v,
         costs.omega,
         costs.goal,
-        [encode_fields(_COLUMN, column) if j in used else b"" for j, column in enumerate(columns)],
+        columns,
         costs.lane[:, 0],
         costs.lane[:, 1],
         costs.total,
@@ -116,22 +119,29 @@ def level_bounds(num_candidates: int) -> list[int]:
     return [num_candidates * i // NUM_LEVELS for i in range(NUM_LEVELS + 1)]
 
 
-def drawn_paths(paths: Array, header: bytes | None = None) -> Iterator[bytes]:
+def drawn_paths(paths: Array, header: bytes | None = None) -> bytes:
     """Fields `lines` of an entity: paths (n, points, 2) on the floor, coloured by their order, or all with `header`."""
-    n, size, _ = paths.shape
-    points = encode_points(5, np.rint(paths.reshape(-1, 2) / RESOLUTION) * RESOLUTION)
+    lines, where = _lines(*paths.shape[:2], header)
+    lines = lines.copy()
+    lines[where] = (np.rint(paths.reshape(-1, 2) / RESOLUTION) * RESOLUTION).view(np.uint8)
+    return lines.tobytes()
+
+
+@lru_cache(maxsize=32)  # a few numbers of paths and points
+def _lines(n: int, size: int, header: bytes | None) -> tuple[np.ndarray, np.ndarray]:
+    """What `drawn_paths` returns, with points at 0, as bytes; where in it x and y of each point are, (n size, 16).
+
+    The indices of a line are the segments of its paths, one path after the other.
+    """
+    lines, points = b"", []
     levels = zip(_LEVELS, pairwise(level_bounds(n)), strict=True) if header is None else [(header, (0, n))]
     for line, (first, last) in levels:
         if first < last:
-            place = slice(first * size * POINT_SIZE, last * size * POINT_SIZE)
-            yield delimited(11, line + points[place] + _segments(last - first, size))
-
-
-@lru_cache(maxsize=32)  # a few numbers of paths in a level
-def _segments(n: int, size: int) -> bytes:
-    """Field `indices` of a line: the segments of n paths of `size` points, one path after the other."""
-    corners = np.arange(n * size, dtype="<u4").reshape(n, size)
-    return delimited(8, np.stack([corners[:, :-1], corners[:, 1:]], axis=-1).tobytes())
+            corners = np.arange((last - first) * size, dtype="<u4").reshape(-1, size)
+            segments = delimited(8, np.stack([corners[:, :-1], corners[:, 1:]], axis=-1).tobytes())
+            lines += delimited(11, line + encode_points(5, np.zeros((corners.size, 2))) + segments)
+            points.append(len(lines) - len(segments) + POINT_SIZE * (corners.ravel() - float(corners.size)))
+    return np.frombuffer(lines, np.uint8), np.concatenate(points).astype(int)[:, np.newaxis] + POINT_XY
 
 
 # ----------------------------------------------------------------------------------------------- arcs
@@ -153,7 +163,7 @@ def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: Candida
     entity = SceneEntity(timestamp=stamp(time, epoch), frame_id=WORLD_FRAME, id="candidates").SerializeToString()
     candidates = drawn_paths(_arcs(estimate, costs.v[order], costs.omega[order]))
     chosen = drawn_paths(_arcs(estimate, *decided.T), _DECIDED)
-    return delimited(2, b"".join((entity, *candidates, *chosen)))
+    return delimited(2, entity + candidates + chosen)
 
 
 def _arcs(start: Array, v: Array, omega: Array) -> Array:

@@ -5,24 +5,23 @@ odometry leads from odom to base_link, without jumps but with drift. From map to
 base_link to the mean of the belief. The transform from base_link to lidar is constant. Messages are stamped with
 simulated time, or with wall time where `epoch` [ns] is added to it.
 
-Parts of a message are dicts, from which protobuf builds a message in half the time that it takes to copy another one.
-
 Source: https://ros.org/reps/rep-0105.html
 """
 
-from collections.abc import Mapping
-from math import cos, sin
+from collections.abc import Mapping, Sequence
+from functools import cache, lru_cache
+from math import cos, pi, sin
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
-from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 
-from mjnav.geometry.angles import wrap
-from mjnav.log.encode.protobuf import delimited
+from mjnav.geometry.angles import LEAST
+from mjnav.log.encode.protobuf import delimited, numbered
 from mjnav.messages import Array, Reading, TickRecord, WorldState
 from mjnav.scene.sensors import Lidar
 
@@ -67,30 +66,55 @@ def cylinder(x: float, y: float, radius: float, height: float, color: Color) -> 
     }
 
 
-def _transform(time: Any, parent: str, child: str, placed: Array, z: float = 0.0) -> Any:
-    """The pose (3,) of the frame `child` in `parent`, at height z, as a foxglove.FrameTransform."""
-    x, y, heading = placed.tolist()
-    return {
-        "timestamp": time,
-        "parent_frame_id": parent,
-        "child_frame_id": child,
-        "translation": {"x": x, "y": y, "z": z},
-        "rotation": rotation(heading),
-    }
+@lru_cache(maxsize=64)  # all of a tick, and of the readings before it
+def stamped(time: float, epoch: int = 0) -> bytes:
+    """Field 1 of a message that begins with its timestamp: simulated time [s]."""
+    return PoseInFrame(timestamp=stamp(time, epoch)).SerializeToString()
 
 
-_ORIGIN = pose(0.0, 0.0)
+def _turned(x: float, y: float, heading: float) -> tuple[float, float, float, float]:
+    """x, y of a pose, and z, w of its quaternion."""
+    return x, y, sin(0.5 * heading), cos(0.5 * heading)
 
 
-def correction(believed: Array, odometry: Array) -> Array:
-    """The pose (3,) of odom in the map, with base_link at `odometry` in odom and at `believed` in the map.
+@numbered
+def _frame(parent: str, child: str, height: float, turned: Sequence[float]) -> FrameTransform:
+    """The frame `child` in `parent`, but for its time."""
+    x, y, z, w = turned
+    place: Any = {"x": x, "y": y, "z": height}
+    turn: Any = {"z": z, "w": w}
+    return FrameTransform(parent_frame_id=parent, child_frame_id=child, translation=place, rotation=turn)
+
+
+@numbered
+def _pose_in_map(turned: Sequence[float]) -> PoseInFrame:
+    x, y, z, w = turned
+    placed: Any = {"position": {"x": x, "y": y}, "orientation": {"z": z, "w": w}}
+    return PoseInFrame(frame_id=WORLD_FRAME, pose=placed)
+
+
+@cache
+def _mounted(x: float, y: float, yaw: float, height: float) -> bytes:
+    return _frame(ROBOT_FRAME, LIDAR_FRAME, height, _turned(x, y, yaw))
+
+
+@cache
+def _scanner(start_angle: float, end_angle: float) -> bytes:
+    scan = LaserScan(frame_id=LIDAR_FRAME, pose=pose(0.0, 0.0), start_angle=start_angle, end_angle=end_angle)
+    return scan.SerializeToString()
+
+
+def correction(believed: Array, odometry: Array) -> tuple[float, float, float]:
+    """The pose of odom in the map, with base_link at `odometry` in odom and at `believed` in the map, both (3,).
 
     From T_map,odom T_odom,base = T_map,base: theta = theta_b - theta_o, and p = p_b - R(theta) p_o.
     """
     (x, y, heading), (along, across, turned) = believed.tolist(), odometry.tolist()
-    turn = wrap(heading - turned)
+    turn = max(
+        pi - (pi - (heading - turned)) % (2.0 * pi), LEAST
+    )  # `wrap`, which takes five times as long for a number
     c, s = cos(turn), sin(turn)
-    return np.array([x - c * along + s * across, y - s * along - c * across, turn])
+    return x - c * along + s * across, y - s * along - c * across, turn
 
 
 def encode_transforms(record: TickRecord, lidar: Lidar, epoch: int = 0) -> bytes:
@@ -101,26 +125,24 @@ def encode_transforms(record: TickRecord, lidar: Lidar, epoch: int = 0) -> bytes
     data = encode_true_transform(record.truth, epoch)
     if (reading := record.reading) is None:
         return data
-    time, moved = stamp(reading.time, epoch), []
+    time, moved = stamped(reading.time, epoch), []
     if record.belief is not None:
         corrected = correction(record.belief.mean, reading.odometry_pose)
-        moved.append(_transform(time, WORLD_FRAME, ODOMETRY_FRAME, corrected))
-    moved.append(_transform(time, ODOMETRY_FRAME, ROBOT_FRAME, reading.odometry_pose))
-    moved.append(_transform(time, ROBOT_FRAME, LIDAR_FRAME, lidar.mount, lidar.height))
-    return data + FrameTransforms(transforms=moved).SerializeToString()
+        moved.append(_frame(WORLD_FRAME, ODOMETRY_FRAME, 0.0, _turned(*corrected)))
+    moved.append(_frame(ODOMETRY_FRAME, ROBOT_FRAME, 0.0, _turned(*reading.odometry_pose.tolist())))
+    moved.append(_mounted(*lidar.mount.tolist(), lidar.height))
+    return data + b"".join([delimited(1, time + transform) for transform in moved])
 
 
 def encode_true_transform(truth: WorldState, epoch: int = 0) -> bytes:
     """foxglove.FrameTransforms with map -> base_link_truth alone."""
-    moved = _transform(stamp(truth.time, epoch), WORLD_FRAME, TRUE_FRAME, truth.robot_pose)
-    return FrameTransforms(transforms=[moved]).SerializeToString()
+    moved = _frame(WORLD_FRAME, TRUE_FRAME, 0.0, _turned(*truth.robot_pose.tolist()))
+    return delimited(1, stamped(truth.time, epoch) + moved)
 
 
 def encode_pose(time: float, robot_pose: Array, epoch: int = 0) -> bytes:
     """foxglove.PoseInFrame: a pose (3,) in the world's frame."""
-    x, y, heading = robot_pose.tolist()
-    placed = pose(x, y, heading=heading)
-    return PoseInFrame(timestamp=stamp(time, epoch), frame_id=WORLD_FRAME, pose=placed).SerializeToString()
+    return stamped(time, epoch) + _pose_in_map(_turned(*robot_pose.tolist()))
 
 
 def encode_scan(reading: Reading, lidar: Lidar, epoch: int = 0) -> bytes | None:
@@ -130,12 +152,6 @@ def encode_scan(reading: Reading, lidar: Lidar, epoch: int = 0) -> bytes | None:
     """
     if not reading.scan.size:
         return None
-    taken = reading.scan_times[0] if reading.scan_times.size else reading.time
-    scan = LaserScan(
-        timestamp=stamp(float(taken), epoch),
-        frame_id=LIDAR_FRAME,
-        pose=_ORIGIN,
-        start_angle=float(lidar.angles[0]),
-        end_angle=float(lidar.angles[-1]),
-    )
-    return scan.SerializeToString() + delimited(6, np.asarray(reading.scan, "<f8").tobytes())
+    taken = float(reading.scan_times[0]) if reading.scan_times.size else reading.time
+    scanner = _scanner(float(lidar.angles[0]), float(lidar.angles[-1]))
+    return stamped(taken, epoch) + scanner + delimited(6, np.asarray(reading.scan, "<f8").tobytes())

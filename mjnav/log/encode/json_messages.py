@@ -256,7 +256,7 @@ def _property(hint: Any) -> dict[str, Any]:
 
 def _builtin(value: Any) -> Any:
     """NumPy's arrays and numbers as Python's."""
-    if isinstance(value, np.ndarray | np.generic):
+    if isinstance(value, (np.ndarray, np.generic)):  # the union of both takes longer to test
         return value.tolist()
     raise NotImplementedError(f"a log's message holds a {type(value).__name__}")
 

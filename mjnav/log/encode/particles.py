@@ -15,7 +15,8 @@ from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 
 from mjnav.geometry.angles import wrap
-from mjnav.log.encode.geometry import WORLD_FRAME, pose, stamp
+from mjnav.log.encode.geometry import WORLD_FRAME, pose, stamped
+from mjnav.log.encode.protobuf import delimited
 from mjnav.messages import Array, RobotBelief, Track
 
 STEPS = MappingProxyType({"theta": 10_000, "vx": 1000, "vy": 1000})  # of the integers: in a radian, in a metre a second
@@ -42,39 +43,51 @@ def _cloud_columns(rows: np.dtype) -> bytes:
 
 def _cloud(time: float, epoch: int, table: np.ndarray) -> bytes:
     """foxglove.PointCloud of the rows of a table."""
-    changing = PointCloud(timestamp=stamp(time, epoch), data=table.tobytes())
-    return _cloud_columns(table.dtype) + changing.SerializeToString()
+    data = delimited(6, table.tobytes()) if table.size else b""
+    return _cloud_columns(table.dtype) + stamped(time, epoch) + data
 
 
 def _integers(values: Array, steps: int) -> Array:
     """So many steps in each unit; what 16 bits cannot hold is brought to what they can, NaN to the least."""
-    return np.fmin(np.fmax(np.rint(values * steps), -32768.0), 32767.0)
+    scaled = np.rint(values * steps)
+    if not (scaled.min() >= -32768.0 and scaled.max() <= 32767.0):
+        scaled = np.fmin(np.fmax(scaled, -32768.0), 32767.0)
+    return scaled
 
 
-def _shares(beliefs: Sequence[Array]) -> Array:
+def _shares(weights: Array, sizes: Sequence[int]) -> Array:
     """The weights of beliefs one after another, (n,), in steps of each one's largest; 0 for what is not a number."""
-    scales = [LARGEST_WEIGHT / np.fmax.reduce(weights, initial=TINY) for weights in beliefs]
-    scaled = np.concatenate([np.empty(0), *beliefs]) * np.repeat(scales, [weights.size for weights in beliefs])
-    return np.fmax(np.rint(scaled), 0.0)
+    largest = np.fmax.reduceat(weights, np.cumsum([0, *sizes[:-1]]))
+    scaled = np.rint(weights * np.repeat(LARGEST_WEIGHT / np.fmax(largest, TINY), sizes))
+    return scaled if scaled.min() >= 0.0 else np.fmax(scaled, 0.0)
 
 
 def encode_robot_particles(belief: RobotBelief, epoch: int = 0) -> bytes:
     """foxglove.PointCloud of x, y, theta and weight."""
     table = np.empty(belief.weights.size, _ROBOT)
-    table["x"], table["y"] = belief.particles[:, :2].T
-    table["theta"] = _integers(wrap(belief.particles[:, 2]), STEPS["theta"])
-    table["weight"] = _shares([belief.weights])
+    table["x"], table["y"], heading = belief.particles.T
+    table["theta"] = _integers(_wrapped(heading), STEPS["theta"])
+    table["weight"] = _shares(belief.weights, [belief.weights.size])
     return _cloud(belief.time, epoch, table)
+
+
+def _wrapped(heading: Array) -> Array:
+    """`wrap`, which takes most of its time for the remainder, that of angles within (-pi, pi] leaves as they are."""
+    within = np.pi - heading
+    return np.pi - within if within.min() >= 0.0 and within.max() < 2.0 * np.pi else wrap(heading)
 
 
 def encode_track_particles(time: float, tracks: tuple[Track, ...], epoch: int = 0) -> bytes:
     """foxglove.PointCloud of all tracks' x, y, vx, vy, weight, and the track's place in the tuple."""
-    particles = np.concatenate([np.empty((0, 4)), *(track.particles for track in tracks)])
-    table = np.empty(len(particles), _TRACKS)
-    table["x"], table["y"] = particles[:, :2].T
-    table["vx"], table["vy"] = _integers(particles[:, 2:], STEPS["vx"]).T
-    table["weight"] = _shares([track.weights for track in tracks])
-    table["track"] = np.repeat(np.arange(len(tracks)), [track.weights.size for track in tracks])
+    if not tracks:
+        return _cloud(time, epoch, np.empty(0, _TRACKS))
+    x, y, vx, vy = np.concatenate([track.particles.T for track in tracks], axis=1)
+    sizes = [track.weights.size for track in tracks]
+    table = np.empty(sum(sizes), _TRACKS)
+    table["x"], table["y"] = x, y
+    table["vx"], table["vy"] = _integers(vx, STEPS["vx"]), _integers(vy, STEPS["vy"])
+    table["weight"] = _shares(np.concatenate([track.weights for track in tracks]), sizes)
+    table["track"] = np.repeat(np.arange(len(tracks)), sizes)
     return _cloud(time, epoch, table)
 
 

@@ -22,8 +22,8 @@ from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 
 from mjnav.log.encode.candidates import drawn_paths, line_header
 from mjnav.log.encode.geometry import WORLD_FRAME, cylinder
-from mjnav.log.encode.protobuf import Fields, Schema, encode_fields, protobuf_schema
-from mjnav.messages import Array, Observation, PlanShown, Track, Way
+from mjnav.log.encode.protobuf import Fields, Schema, encode_fields, numbered, protobuf_schema
+from mjnav.messages import Observation, PlanShown, Track, Way
 
 # ----------------------------------------------------------------------------------------------- plan
 
@@ -78,20 +78,25 @@ def plan_entity(plan: PlanShown, radius: float) -> bytes:
     """
     if not len(plan.path):
         return SceneEntity(frame_id=WORLD_FRAME, id="plan").SerializeToString()
-    x, y = plan.path[-1].tolist()
-    stand = cylinder(x, y, radius, HEIGHT, _PALE_BLUE if plan.feasible else _PALE_RED)
-    entity = SceneEntity(frame_id=WORLD_FRAME, id="plan", cylinders=[stand])
     size = len(plan.path)
     kept = min(FAN_POINTS, size)
     fan = plan.fan[:, np.arange(kept) * (size - 1) // max(kept - 1, 1)]
     followed = drawn_paths(plan.path[np.newaxis], _FEASIBLE if plan.feasible else _INFEASIBLE)
-    return b"".join((entity.SerializeToString(), *drawn_paths(fan), *followed))
+    return _stand(radius, plan.feasible, plan.path[-1].tolist()) + drawn_paths(fan) + followed
+
+
+@numbered
+def _stand(radius: float, feasible: bool, place: Sequence[float]) -> SceneEntity:
+    """The entity `plan` with nothing but the robot at (x, y)."""
+    x, y = place
+    stand = cylinder(x, y, radius, HEIGHT, _PALE_BLUE if feasible else _PALE_RED)
+    return SceneEntity(frame_id=WORLD_FRAME, id="plan", cylinders=[stand])
 
 
 def way_entity(way: Way) -> bytes:
     """The entity `way`, but for time and lifetime: the way that is planned to the goal."""
     entity = SceneEntity(frame_id=WORLD_FRAME, id="way")
-    return b"".join((entity.SerializeToString(), *drawn_paths(way.line[np.newaxis], _WAY)))
+    return entity.SerializeToString() + drawn_paths(way.line[np.newaxis], _WAY)
 
 
 # ---------------------------------------------------------------------- predicted people in the scene
@@ -112,13 +117,16 @@ def future_entities(observation: Observation | None, tracks: Sequence[Track]) ->
     robot = observation.robot_pose[:, :2].mean(axis=0)
     people.sort(key=lambda person: float(np.hypot(*(person[1].position.mean(axis=0) - robot))))
     return [
-        _entity(track.name, np.concatenate([disc.position[:MOST_SAMPLES, None], disc.future[:MOST_SAMPLES]], axis=1))
+        _strips(track.name, len(paths), paths.ravel().tolist())
         for track, disc in people[:MOST_PEOPLE]
         if disc.future is not None
+        for paths in [np.concatenate([disc.position[:MOST_SAMPLES, None], disc.future[:MOST_SAMPLES]], axis=1)]
     ]
 
 
-def _entity(name: str, paths: Array) -> bytes:
+@numbered
+def _strips(name: str, n: int, numbers: Sequence[float]) -> SceneEntity:
+    """The entity of a person with `n` paths, by x, y of all of their points."""
     lines = [
         LinePrimitive(
             type=LinePrimitive.LINE_STRIP,
@@ -127,7 +135,6 @@ def _entity(name: str, paths: Array) -> bytes:
             points=[Point3(x=x, y=y, z=HEIGHT) for x, y in path],
             color=_ORANGE,
         )
-        for path in paths.tolist()
+        for path in np.reshape(numbers, (n, -1, 2)).tolist()
     ]
-    entity = SceneEntity(frame_id=WORLD_FRAME, id=f"{name}{SUFFIX}", frame_locked=True, lines=lines)
-    return entity.SerializeToString()
+    return SceneEntity(frame_id=WORLD_FRAME, id=f"{name}{SUFFIX}", frame_locked=True, lines=lines)

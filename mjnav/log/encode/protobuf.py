@@ -3,15 +3,16 @@
 mjnav's own protobuf messages are each a table of fields, which gives the schema and the bytes. Arrays are written
 directly as bytes: a field is its tag (number << 3 | wire type) and its value, a submessage or packed array is a tag,
 its length and its bytes, and joining the bytes of messages merges them. A message object for each point of a line takes
-a hundred times as long.
+a hundred times as long. A message of which only numbers change is encoded by protobuf once (`numbered`).
 
 Source: https://protobuf.dev/programming-guides/encoding/
 """
 
+import re
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, wraps
 from types import MappingProxyType
 from typing import Any
 
@@ -81,10 +82,15 @@ def encode_fields(fields: Fields, *values: Any) -> bytes:
 
 def delimited(number: int, data: bytes) -> bytes:
     """Field `number` with a string, bytes, a submessage or packed numbers."""
-    return _varint(number << 3 | _LENGTH_DELIMITED) + _varint(len(data)) + data
+    return _head(number, len(data)) + data
 
 
 @lru_cache(maxsize=1024)  # tags and lengths come again in every tick
+def _head(number: int, length: int) -> bytes:
+    return _varint(number << 3 | _LENGTH_DELIMITED) + _varint(length)
+
+
+@lru_cache(maxsize=1024)
 def _varint(value: int) -> bytes:
     """A non-negative integer, seven bits a byte."""
     out = bytearray()
@@ -95,10 +101,42 @@ def _varint(value: int) -> bytes:
     return bytes(out)
 
 
+def numbered(make: Callable[..., Message]) -> Callable[..., bytes]:
+    """Encodes the message that `make(*fixed, numbers)` returns: by protobuf once, later with other numbers in it.
+
+    `make` puts each of the doubles in as it is, once or more often.
+    """
+
+    @lru_cache(maxsize=1024)
+    def laid_out(count: int, *fixed: Any) -> tuple[list[bytes | float], list[int], Callable[..., bytes]]:
+        """What lies between the numbers, with room for them; which number goes where; the way to join them."""
+        marks = struct.unpack(f"<{count}d", b"".join(_MARK % i.to_bytes(2) for i in range(count)))
+        parts = _MARKED.split(make(*fixed, marks).SerializeToString())
+        layout = "<" + "d".join(f"{len(part)}s" for part in parts[::2])
+        return parts, [int.from_bytes(number) for number in parts[1::2]], struct.Struct(layout).pack
+
+    @wraps(make)
+    def encode(*arguments: Any) -> bytes:
+        *fixed, numbers = arguments
+        if not all(numbers):
+            return make(*arguments).SerializeToString()  # without the fields that are 0
+        parts, order, pack = laid_out(len(numbers), *fixed)
+        parts = parts.copy()
+        parts[1::2] = [numbers[i] for i in order]
+        return pack(*parts)
+
+    return encode
+
+
+_MARK = b"mark%b\xf0\x7e"  # the bytes of a double that nothing else has: 1e303, and a number of two bytes
+_MARKED = re.compile(_MARK.replace(b"%b", b"(..)"), re.DOTALL)
+
+
 _POINT = np.dtype(
     [("tag", "u1"), ("length", "u1"), ("x_tag", "u1"), ("x", "<f8"), ("y_tag", "u1"), ("y", "<f8")]
 )  # without padding: NumPy pads only on request
 POINT_SIZE = _POINT.itemsize  # [bytes]
+POINT_XY = np.array([*range(3, 11), *range(12, 20)])  # its bytes that are x and y
 
 
 def encode_points(number: int, places: np.ndarray) -> bytes:

@@ -6,7 +6,7 @@ tracked by scans, estimates are `track7_estimate` and labelled, those that the l
 `detections` are discs with their 95 % ellipses.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import atan2, cos, hypot, isnan, sin
 from typing import Any
 
@@ -18,9 +18,9 @@ from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletio
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from mjnav.geometry.distances import ellipse_95
-from mjnav.log.encode.geometry import TRUE_FRAME, WORLD_FRAME, cylinder, pose, stamp
+from mjnav.log.encode.geometry import TRUE_FRAME, WORLD_FRAME, cylinder, pose, stamp, stamped
 from mjnav.log.encode.plan import future_entities, plan_entity, way_entity
-from mjnav.log.encode.protobuf import delimited
+from mjnav.log.encode.protobuf import delimited, numbered
 from mjnav.messages import Detection, Observation, PlanShown, Track, WorldState
 from mjnav.scene.spec import Scenario, Table
 
@@ -44,6 +44,7 @@ _ORANGE = Color(r=1.0, g=0.6, b=0.1, a=0.7)
 _PALE = 0.25  # alpha of a track that is not seen
 _TEAL, _PALE_TEAL = Color(r=0.0, g=0.5, b=0.5, a=1.0), Color(r=0.0, g=0.6, b=0.6, a=0.4)
 _BLACK = Color(r=0.1, g=0.1, b=0.1, a=1.0)
+_ARROW = {"shaft_diameter": 0.05, "head_length": 0.1, "head_diameter": 0.12}
 
 
 def _entity(name: str, *, frame: str = WORLD_FRAME, **primitives) -> SceneEntity:
@@ -114,11 +115,14 @@ def _still(scenario: Scenario) -> bytes:
     return SceneUpdate(entities=entities).SerializeToString()
 
 
+_DETECTIONS = _entity("detections").SerializeToString()
+
+
 class SceneEncoder:
     """Every message holds the whole scene, so that a reader who jumps to any moment sees it.
 
     What stands still is encoded once: joined messages are one message with the entities of both. The entities of people
-    are kept, and only what moves is set anew.
+    are kept, and only their numbers are put in anew.
     """
 
     def __init__(self, scenario: Scenario, epoch: int = 0):
@@ -126,11 +130,13 @@ class SceneEncoder:
         self._still = _still(scenario)
         self._radius = scenario.robot.radius
         self._predicts = scenario.prediction is not None  # by default nothing of it is drawn
-        self._people = {f"person{i}": _person(f"person{i}", body.radius) for i, body in enumerate(scenario.people)}
-        self._tracks: dict[str, SceneEntity] = {}  # of those that live
+        self._radii = [body.radius for body in scenario.people]
+        self._people = {f"person{i}" for i in range(len(self._radii))}
+        self._way: tuple[int | None, bytes] = None, b""  # number, drawn
         self._seen = scenario.sensors.longest_pause - SAME_TIME  # [s] that a track may be unseen between two scans
         # A person who is no longer tracked disappears.
-        self._lifetime = stamp(2.0 * scenario.control.period)  # a Duration has the fields of a Timestamp
+        lifetime = stamp(2.0 * scenario.control.period)  # a Duration has the fields of a Timestamp
+        self._lifetime = SceneEntity(lifetime=lifetime).SerializeToString()
 
     def encode(
         self,
@@ -141,34 +147,29 @@ class SceneEncoder:
         plan: PlanShown | None = None,
     ) -> bytes:
         """foxglove.SceneUpdate: where people are seen and believed to be, how they and the robot are to go on."""
-        time = stamp(truth.time, self._epoch)
-        present = SceneEntity(timestamp=time).SerializeToString()
-        passing = SceneEntity(timestamp=time, lifetime=self._lifetime).SerializeToString()
+        time = stamped(truth.time, self._epoch)
+        passing = time + self._lifetime
         parts, entities = [self._still], []
-        if truth.people_radius is not None:
-            self._people = {name: _person(name, r) for name, r in zip(self._people, truth.people_radius, strict=True)}
-        for (name, person), (x, y) in zip(self._people.items(), truth.people_position.tolist(), strict=True):
+        radii = self._radii if truth.people_radius is None else truth.people_radius.tolist()
+        for i, ((x, y), radius) in enumerate(zip(truth.people_position.tolist(), radii, strict=True)):
             if isnan(x):  # not there: viewers keep an entity until it is deleted
-                gone = SceneEntityDeletion(timestamp=time, id=name)
+                gone = SceneEntityDeletion(timestamp=stamp(truth.time, self._epoch), id=f"person{i}")
                 parts.append(SceneUpdate(deletions=[gone]).SerializeToString())
             else:
-                for shape in (person.cylinders[0], person.texts[0]):
-                    place = shape.pose.position
-                    place.x, place.y = x, y
-                entities.append(present + person.SerializeToString())
-        kept = self._tracks
-        self._tracks = {t.name: kept.get(t.name) or _track(t.name, labelled=t.name not in self._people) for t in tracks}
+                entities.append(time + _person(f"person{i}", (x, y, 2.0 * radius)))
         believed = [self._believed(track) for track in tracks]
         if detections:
-            believed.append(_entity("detections", cylinders=_bodies(detections)).SerializeToString())
+            believed.append(_DETECTIONS + b"".join(map(_discs, detections)))
         if self._predicts:
             believed += future_entities(observation, tracks)
         if plan is not None:
             believed.append(plan_entity(plan, self._radius))
-        if observation is not None and observation.way is not None:
-            believed.append(way_entity(observation.way))
+        if observation is not None and (way := observation.way) is not None:
+            if way.number != self._way[0]:
+                self._way = way.number, way_entity(way)
+            believed.append(self._way[1])
         entities += [passing + entity for entity in believed]
-        return b"".join((*parts, *(delimited(2, entity) for entity in entities)))
+        return b"".join((*parts, *[delimited(2, entity) for entity in entities]))
 
     def _believed(self, track: Track) -> bytes:
         """A disc with an arrow along the velocity.
@@ -176,53 +177,53 @@ class SceneEncoder:
         A track that carries no person's name has its own name above it, and is pale where the latest scan does not
         show it.
         """
-        entity, named = self._tracks[track.name], track.name in self._people
-        (disc,), (arrow,) = entity.cylinders, entity.arrows
         x, y, vx, vy = track.mean.tolist()
-        for shape in (disc, arrow, *entity.texts):
-            place = shape.pose.position
-            place.x, place.y = x, y
-        half, turn, size = 0.5 * atan2(vy, vx), arrow.pose.orientation, disc.size
-        turn.z, turn.w = sin(half), cos(half)
-        arrow.shaft_length = AHEAD * hypot(vx, vy)
-        size.x = size.y = 2.0 * track.radius
-        disc.color.a = arrow.color.a = _PALE if not named and track.unseen > self._seen else _ORANGE.a
-        return entity.SerializeToString()
+        half, named = 0.5 * atan2(vy, vx), track.name in self._people
+        alpha = _PALE if not named and track.unseen > self._seen else _ORANGE.a
+        numbers = x, y, 2.0 * track.radius, AHEAD * hypot(vx, vy), sin(half), cos(half), alpha
+        return _track(track.name, named, numbers)
 
 
-def _person(name: str, radius: float) -> SceneEntity:
-    """A person's body, and its name above it."""
-    return _entity(
-        name,
-        cylinders=[cylinder(0.0, 0.0, radius, PERSON_HEIGHT, _RED)],
-        texts=[_text(name, PERSON_HEIGHT + LETTERS, LETTERS)],
-    )
+@numbered
+def _person(name: str, numbers: Sequence[float]) -> SceneEntity:
+    """A person's body, and its name above it: x, y, diameter."""
+    x, y, diameter = numbers
+    body = cylinder(x, y, 0.5 * diameter, PERSON_HEIGHT, _RED)
+    return _entity(name, cylinders=[body], texts=[_text(name, x, y, PERSON_HEIGHT + LETTERS, LETTERS)])
 
 
-def _track(name: str, *, labelled: bool) -> SceneEntity:
-    arrow = ArrowPrimitive(
-        pose=pose(0.0, 0.0, ESTIMATE_HEIGHT), shaft_diameter=0.05, head_length=0.1, head_diameter=0.12, color=_ORANGE
-    )
+@numbered
+def _track(name: str, named: bool, numbers: Sequence[float]) -> SceneEntity:
+    """x, y, diameter, the shaft's length, z and w of its turn, alpha."""
+    x, y, diameter, length, turn_z, turn_w, alpha = numbers
+    color = Color(r=_ORANGE.r, g=_ORANGE.g, b=_ORANGE.b, a=alpha)
+    disc, arrow = cylinder(x, y, 0.5 * diameter, ESTIMATE_HEIGHT, color), pose(x, y, ESTIMATE_HEIGHT)
+    arrow["orientation"] = {"z": turn_z, "w": turn_w}
     return _entity(
         f"{name}_estimate",
-        cylinders=[cylinder(0.0, 0.0, 0.0, ESTIMATE_HEIGHT, _ORANGE)],
-        arrows=[arrow],
-        texts=[_text(name, LETTERS, 0.5 * LETTERS)] if labelled else [],
+        cylinders=[disc],
+        arrows=[ArrowPrimitive(pose=arrow, shaft_length=length, **_ARROW, color=color)],
+        texts=[] if named else [_text(name, x, y, LETTERS, 0.5 * LETTERS)],
     )
 
 
-def _text(text: str, height: float, size: float) -> dict[str, Any]:
-    return {"pose": pose(0.0, 0.0, height), "billboard": True, "font_size": size, "color": _BLACK, "text": text}
+def _text(text: str, x: float, y: float, height: float, size: float) -> dict[str, Any]:
+    return {"pose": pose(x, y, height), "billboard": True, "font_size": size, "color": _BLACK, "text": text}
 
 
-def _bodies(detections: Sequence[Detection]) -> Iterator[Any]:
-    """Two discs each: the body, and the 95 % region of its centre."""
-    for detection in detections:
-        x, y = detection.position.tolist()
-        longer, shorter, direction = ellipse_95(detection.covariance)
-        yield cylinder(x, y, detection.radius, FLAT, _PALE_TEAL)
-        yield {
-            **cylinder(x, y, 0.0, FLAT, _TEAL),
-            "pose": pose(x, y, 0.5 * FLAT, direction),
-            "size": {"x": 2.0 * longer, "y": 2.0 * shorter, "z": FLAT},
-        }
+def _discs(detection: Detection) -> bytes:
+    """Fields `cylinders` of an entity: the body, and the 95 % region of its centre."""
+    x, y = detection.position.tolist()
+    longer, shorter, direction = ellipse_95(detection.covariance)
+    half = 0.5 * direction
+    return _cylinders((x, y, 2.0 * detection.radius, 2.0 * longer, 2.0 * shorter, sin(half), cos(half)))
+
+
+@numbered
+def _cylinders(numbers: Sequence[float]) -> SceneEntity:
+    """x, y, diameter, both diameters of the region, z and w of its turn."""
+    x, y, diameter, longer, shorter, turn_z, turn_w = numbers
+    body, region = cylinder(x, y, 0.5 * diameter, FLAT, _PALE_TEAL), cylinder(x, y, 0.0, FLAT, _TEAL)
+    region["pose"]["orientation"] = {"z": turn_z, "w": turn_w}
+    region["size"].update(x=longer, y=shorter)
+    return SceneEntity(cylinders=[body, region])

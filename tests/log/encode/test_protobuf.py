@@ -1,12 +1,13 @@
 """Protobuf's wire format: what is written as bytes is what protobuf reads."""
 
 import numpy as np
+from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mjnav.log.encode.protobuf import encode_fields, encode_points, protobuf_schema
+from mjnav.log.encode.protobuf import encode_fields, encode_points, numbered, protobuf_schema
 from tests.log.conftest import message_class
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
@@ -35,3 +36,13 @@ def test_a_message_reads_back_through_the_schema_of_its_fields(values, whole):
             values[:3].astype("f4").tolist(),
             [],
         ]
+
+
+def cube(height: float, numbers) -> CubePrimitive:
+    x, y, side = numbers
+    return CubePrimitive(pose={"position": {"x": x, "y": y, "z": height}}, size={"x": side, "y": side, "z": y})
+
+
+@given(st.lists(st.sampled_from((0.0, -0.0)) | st.floats(), min_size=3, max_size=3))
+def test_numbers_put_in_their_places_are_the_bytes_that_protobuf_writes(numbers):
+    assert numbered(cube)(0.5, numbers) == cube(0.5, numbers).SerializeToString()
