@@ -8,13 +8,15 @@ particles tell, at two thirds of the bytes.
 from collections.abc import Sequence
 from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
+from numpy.typing import NDArray
 
-from mjnav.geometry.angles import wrap
+from mjnav.compile.compiled import Contiguous, Indices, Matrix, Vector, exact
+from mjnav.geometry.angles import LEAST
 from mjnav.log.encode.geometry import WORLD_FRAME, pose, stamped
 from mjnav.log.encode.protobuf import delimited
 from mjnav.messages import Array, RobotBelief, Track
@@ -47,48 +49,63 @@ def _cloud(time: float, epoch: int, table: np.ndarray) -> bytes:
     return _cloud_columns(table.dtype) + stamped(time, epoch) + data
 
 
-def _integers(values: Array, steps: int) -> Array:
-    """So many steps in each unit; what 16 bits cannot hold is brought to what they can, NaN to the least."""
-    scaled = np.rint(values * steps)
-    if not (scaled.min() >= -32768.0 and scaled.max() <= 32767.0):
-        scaled = np.fmin(np.fmax(scaled, -32768.0), 32767.0)
-    return scaled
-
-
-def _shares(weights: Array, sizes: Sequence[int]) -> Array:
-    """The weights of beliefs one after another, (n,), in steps of each one's largest; 0 for what is not a number."""
-    largest = np.fmax.reduceat(weights, np.cumsum([0, *sizes[:-1]]))
-    scaled = np.rint(weights * np.repeat(LARGEST_WEIGHT / np.fmax(largest, TINY), sizes))
-    return scaled if scaled.min() >= 0.0 else np.fmax(scaled, 0.0)
-
-
 def encode_robot_particles(belief: RobotBelief, epoch: int = 0) -> bytes:
     """foxglove.PointCloud of x, y, theta and weight."""
-    table = np.empty(belief.weights.size, _ROBOT)
-    table["x"], table["y"], heading = belief.particles.T
-    table["theta"] = _integers(_wrapped(heading), STEPS["theta"])
-    table["weight"] = _shares(belief.weights, [belief.weights.size])
-    return _cloud(belief.time, epoch, table)
-
-
-def _wrapped(heading: Array) -> Array:
-    """`wrap`, which takes most of its time for the remainder, that of angles within (-pi, pi] leaves as they are."""
-    within = np.pi - heading
-    return np.pi - within if within.min() >= 0.0 and within.max() < 2.0 * np.pi else wrap(heading)
+    return _cloud(belief.time, epoch, _rows(_ROBOT, [belief], "theta"))
 
 
 def encode_track_particles(time: float, tracks: tuple[Track, ...], epoch: int = 0) -> bytes:
     """foxglove.PointCloud of all tracks' x, y, vx, vy, weight, and the track's place in the tuple."""
-    if not tracks:
-        return _cloud(time, epoch, np.empty(0, _TRACKS))
-    x, y, vx, vy = np.concatenate([track.particles.T for track in tracks], axis=1)
-    sizes = [track.weights.size for track in tracks]
-    table = np.empty(sum(sizes), _TRACKS)
-    table["x"], table["y"] = x, y
-    table["vx"], table["vy"] = _integers(vx, STEPS["vx"]), _integers(vy, STEPS["vy"])
-    table["weight"] = _shares(np.concatenate([track.weights for track in tracks]), sizes)
-    table["track"] = np.repeat(np.arange(len(tracks)), sizes)
-    return _cloud(time, epoch, table)
+    return _cloud(time, epoch, _rows(_TRACKS, tracks, "vx") if tracks else np.empty(0, _TRACKS))
+
+
+def _rows(rows: np.dtype, beliefs: Sequence[RobotBelief | Track], first: str) -> np.ndarray:
+    """The particles of beliefs one after another; the column `first` has the first of their integers."""
+    sizes = [belief.weights.size for belief in beliefs]
+    table = np.empty((sum(sizes), rows.itemsize), np.uint8)
+    particles = np.ascontiguousarray(np.concatenate([belief.particles for belief in beliefs]))
+    weights, turns = np.concatenate([belief.weights for belief in beliefs]), first == "theta"
+    fill(table.view(np.float32), table.view(np.uint16), particles, weights, np.array(sizes), STEPS[first], turns)
+    return table.view(rows)
+
+
+@exact
+def fill(
+    floats: Annotated[NDArray[np.float32], Contiguous("float32", 2)],
+    integers: Annotated[NDArray[np.uint16], Contiguous("uint16", 2)],
+    particles: Matrix,
+    weights: Vector,
+    sizes: Indices,
+    steps: int,
+    turns: bool,
+):
+    """Fills rows, which are both `floats` and `integers`: place, the rest in `steps`, weight, number of the belief.
+
+    What 16 bits cannot hold is brought to what they can, NaN to the least. Weights are in steps of each belief's
+    largest. Where the rest `turns`, there is one belief, which has no number.
+    """
+    columns, last = particles.shape[1], 0
+    for number in range(len(sizes)):
+        first, last = last, last + sizes[number]
+        largest = TINY
+        for i in range(first, last):
+            if weights[i] > largest:
+                largest = weights[i]
+        scale = LARGEST_WEIGHT / largest
+        for i in range(first, last):
+            floats[i, 0], floats[i, 1] = particles[i, 0], particles[i, 1]
+            for j in range(2, columns):
+                value = particles[i, j]
+                if turns:
+                    short = np.pi - value  # as `wrap` rounds; a remainder takes longer than all the rest
+                    value = np.pi - (short if 0.0 <= short < 2.0 * np.pi else short % (2.0 * np.pi))
+                    value = LEAST if value < LEAST else value
+                value = np.rint(value * steps)
+                integers[i, 2 + j] = int(min(value, 32767.0)) if value > -32768.0 else -32768
+            share = np.rint(weights[i] * scale)
+            integers[i, 2 + columns] = int(share) if share > 0.0 else 0
+            if not turns:
+                integers[i, 3 + columns] = number
 
 
 def decode_particles(cloud: Any) -> dict[str, Array]:

@@ -44,6 +44,37 @@ def test_what_16_bits_cannot_hold_is_brought_to_what_they_can(made_up):
     assert decode_particles(cloud)["vx"][:3].tolist() == [-32.768, 32.767, -32.768]
 
 
+def integers(values, steps):
+    return np.fmin(np.fmax(np.rint(values * steps), -32768.0), 32767.0).astype("<i2")
+
+
+def shares(weights):
+    return np.fmax(np.rint(weights * (65535 / np.fmax.reduce(weights, initial=1e-300))), 0.0).astype("<u2")
+
+
+def test_every_bit_of_the_rows_is_that_of_a_literal_encoder(made_up):
+    belief, tracks = made_up.record(0).belief, made_up.record(0).tracks[:2]
+    poses, weights = belief.particles.copy(), made_up.rng.dirichlet(np.full(500, 0.1))
+    pi = np.nextafter(np.pi, [0.0, 4.0])
+    poses[:8, 2] = np.pi, -np.pi, *pi, *-pi, np.nan, 1e9
+    poses[8:100, 2] = made_up.rng.uniform(-10.0, 10.0, 92)
+    weights[:2] = np.nan, 0.0
+    for given in (belief.weights, weights, np.full(500, np.nan)):
+        belief = replace(belief, particles=poses, weights=given)
+        data = np.frombuffer(PointCloud.FromString(encode_robot_particles(belief)).data, "<f4,<f4,<i2,<u2")
+        expected = (*poses[:, :2].T.astype("<f4"), integers(wrap(poses[:, 2]), 10_000), shares(given))
+        assert [data[f"f{i}"].tobytes() for i in range(4)] == [column.tobytes() for column in expected]
+    states = tracks[0].particles.copy()
+    states[:4, 2:] = np.array([[np.nan, np.inf], [-np.inf, 33.0], [-33.0, 32.7675], [32.7665, -32.7685]])
+    tracks = (replace(tracks[0], particles=states), replace(tracks[1], weights=weights[300:]))
+    data = np.frombuffer(PointCloud.FromString(encode_track_particles(0.0, tracks)).data, "<f4,<f4,<i2,<i2,<u2,<u2")
+    for number, track in enumerate(tracks):
+        x, y, vx, vy = track.particles.T
+        expected = (x.astype("<f4"), y.astype("<f4"), integers(vx, 1000), integers(vy, 1000), shares(track.weights))
+        part = data[data["f5"] == number]
+        assert [part[f"f{i}"].tobytes() for i in range(5)] == [column.tobytes() for column in expected]
+
+
 def test_the_float32_columns_of_format_1_are_read():
     names, table = ("x", "y", "theta", "weight"), np.array([[1.0, 2.0, 0.5, 0.25], [3.0, 4.0, -0.5, 0.75]], "<f4")
     fields = [PackedElementField(name=n, offset=4 * i, type=PackedElementField.FLOAT32) for i, n in enumerate(names)]
