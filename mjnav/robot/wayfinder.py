@@ -17,11 +17,13 @@ from dataclasses import replace
 import numpy as np
 
 from mjnav.geometry.angles import wrap
-from mjnav.geometry.distance_field import FieldGrid
+from mjnav.geometry.distance_field import DistanceField, FieldGrid
 from mjnav.geometry.floor import Floor, floor_of_map
-from mjnav.geometry.way_field import BLOCKED, WayField
+from mjnav.geometry.way_field import BLOCKED, CELL, MAX_CELLS, WayField
 from mjnav.messages import Array, Decision, Event, KnownMap, RobotLimits, Status, Track, Way
+from mjnav.scene.bodies import Wall, wall_box
 from mjnav.scene.route import Route
+from mjnav.scene.ways import floor_of
 from mjnav.sealed import sealed
 
 STOOD = 2.0  # [s] of standing after which somebody is in the way
@@ -35,11 +37,26 @@ RECOVERY = 3.0  # [s] that a recovery takes at most
 BACK = 0.2  # [m/s] of backing off
 
 
+def _unseen_floor(strips: Sequence[Wall]) -> FieldGrid | None:
+    """1 on strips of floor, and 0 elsewhere within their bounds."""
+    if not strips:
+        return None
+    floor = floor_of(wall_box("", strip) for strip in strips)
+    bounds = floor.bounds
+    assert bounds is not None
+    low, sides = bounds[0], bounds[1] - bounds[0]
+    cell = max(CELL, float(sides.max()) / (MAX_CELLS - 1))
+    columns, rows = np.ceil(sides / cell).astype(int) + 1
+    grid = FieldGrid(np.empty((rows, columns)), float(low[0]), float(low[1]), cell)
+    return grid._replace(clearance=(floor.clearance(DistanceField(grid).nodes) <= 0.0).astype(float))
+
+
 class Wayfinder:
     """The way of one run."""
 
     def __init__(self, route: Route, limits: RobotLimits):
         self._route, self._limits = route, limits
+        self._unseen = _unseen_floor(route.unseen or ())
         self._field: WayField | None = None
         self._way: Way | None = None
         self._planned = -np.inf  # [s]
@@ -63,8 +80,9 @@ class Wayfinder:
     ) -> None:
         """What is known at `now` [s]: the robot's pose (3,), the route's next point (2,), the map, and who is there.
 
-        `unseen` is 1 where a map that the robot draws has nothing yet, and 0 elsewhere.
+        `unseen` is 1 where a map that the robot draws has nothing yet, and 0 elsewhere; without one it is the route's.
         """
+        unseen = self._unseen if unseen is None else unseen
         standing = self._who_stands(now, people)
         key = (goal.tobytes(), standing.tobytes())
         new_goal = key[0] != self._blocked[0]

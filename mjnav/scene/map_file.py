@@ -48,7 +48,9 @@ class MapFile:
 
     file: Annotated[str, "the YAML file, from the run file's folder or else the working folder"]
     unknown: Annotated[
-        str, Choice(("blocked", "free")), "what unknown cells are; where they are blocked, so is all beyond the map"
+        str,
+        Choice(("blocked", "free")),
+        "what unknown cells are; where they are blocked, so is all beyond the map; free ones cost route.unknown",
     ] = "blocked"
     height: Annotated[Size, "of its walls above the floor"] = 1.0
 
@@ -210,6 +212,11 @@ def put_map(document: dict[str, Any], folder: Path | None) -> None:
             inner = InvalidValue(error.key, error.found, error.allowed, nearest=error.nearest)
             raise InvalidValue("file", given.file, f"a map that can be read ({inner})") from None
         walls = map_walls(grid, unknown_blocks=given.unknown == "blocked")
+    with below("route"):
+        route, minds = document.get("route"), given.unknown == "free"
+        factor = route.get("unknown") if isinstance(route, dict) else None
+        if isinstance(route, dict) and minds and isinstance(factor, int | float) and factor > 1.0:
+            route.setdefault("unseen", unknown_floor(grid))
     others = document.get("walls", [])
     if isinstance(others, list):
         document["walls"] = [*others, *({**wall, "height": given.height} for wall in walls)]
@@ -235,14 +242,24 @@ def map_walls(grid: OccupancyGrid, *, unknown_blocks: bool) -> list[dict[str, An
     blocked = (grid.cells == OCCUPIED) | ((grid.cells == UNKNOWN) & unknown_blocks)
     if unknown_blocks:
         blocked = np.pad(blocked, 1, constant_values=True)
-    (x0, y0, yaw), cell, rim = grid.info.origin, grid.info.resolution, int(unknown_blocks)
+    hint = 'unknown = "free" in [map], or ' if unknown_blocks else ""
+    return _strips(grid, edge(blocked, unknown_blocks), int(unknown_blocks), "file", hint)
+
+
+def unknown_floor(grid: OccupancyGrid) -> list[dict[str, Any]]:
+    """The unknown cells of a map and a rim of one around it, as tables like those of walls. Raises InvalidValue."""
+    return _strips(grid, np.pad(grid.cells == UNKNOWN, 1, constant_values=True), 1, "unknown", "1, or ")
+
+
+def _strips(grid: OccupancyGrid, cells: NDArray[np.bool_], rim: int, key: str, hint: str) -> list[dict[str, Any]]:
+    """Rectangles that cover the cells that are set; they have a `rim` of so many cells around the map's."""
+    (x0, y0, yaw), cell = grid.info.origin, grid.info.resolution
     c, s = cos(yaw), sin(yaw)
     walls: list[dict[str, Any]] = []
-    for row, column, rows, columns in rectangles(edge(blocked, unknown_blocks)):
+    for row, column, rows, columns in rectangles(cells):
         if len(walls) == MAX_WALLS:
-            hint = 'unknown = "free" in [map], or ' if unknown_blocks else ""
             allowed = f"a map of at most {MAX_WALLS} rectangles: {hint}a map with larger cells or without specks"
-            raise InvalidValue("file", f"{grid.cells.shape[1]} x {grid.cells.shape[0]} cells", allowed)
+            raise InvalidValue(key, f"{grid.cells.shape[1]} x {grid.cells.shape[0]} cells", allowed)
         u, v = column - rim + 0.5 * columns, row - rim + 0.5 * rows
         du, dv = (0.5 * columns, 0.0) if columns >= rows else (0.0, 0.5 * rows)
         ends = [(cell * (u + e * du), cell * (v + e * dv)) for e in (-1, 1)]

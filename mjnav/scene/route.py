@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from mjnav.settings import Choice, Range, settle
+from mjnav.scene.bodies import Wall
+from mjnav.scene.ranges import MAX_WALLS
+from mjnav.settings import Choice, Length, Range, settle
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,8 +20,12 @@ class Route:
     ] = 0.3
     ahead: Annotated[float, Range(0.2, 100.0, "m"), "how far along the way the point is to which methods drive"] = 1.5
     unknown: Annotated[
-        float, Range(1.0, 100.0), "times its length that a way costs over floor unseen by a robot that draws its map"
+        float, Range(1.0, 100.0), "times its length that a way costs over floor that the robot's map does not know"
     ] = 1.0
+    unseen: Annotated[
+        Annotated[tuple[Wall, ...], Length(0, MAX_WALLS)] | None,
+        "that floor, as walls lie; with unknown > 1 loading the file puts a map's free unknown cells here",
+    ] = None
     patience: Annotated[float, Range(0.5, 1000.0, "s"), "without progress, after which the robot recovers"] = 10.0
 
     def __post_init__(self):

@@ -10,6 +10,8 @@ from PIL import Image
 
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
+from mjnav.robot.seen_space import FloorMap
+from mjnav.robot.wayfinder import Wayfinder
 from mjnav.scene import map_file
 from mjnav.scene.load import dumps, load, loads
 from mjnav.scene.map_file import (
@@ -25,6 +27,7 @@ from mjnav.scene.map_file import (
     rectangles,
     written_map,
 )
+from mjnav.scene.route import Route
 from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import floor_of_robot
 from mjnav.settings import read
@@ -242,6 +245,25 @@ def test_a_start_or_a_goal_off_the_free_cells_is_refused(tmp_path):
     load(path, WAY | {"map.unknown": "free"})
     with pytest.raises(InvalidValue, match=r"robot\.goal.*a point to which a way leads"):
         load(path, WAY | {"robot.goal": [9.0, 3.0]})  # unknown cells from wall to wall
+
+
+def test_a_way_over_unknown_cells_costs_what_the_route_says(tmp_path):
+    room = ROOM.copy()
+    room[8:11, 9:12] = 205  # between the wall across and the lower one, where the way is shorter
+    path = saved(tmp_path, room)
+    way = WAY | {"robot.start": [2.0, 2.5, 0.0], "robot.goal": [8.0, 2.5], "route.planner": "shortest"}
+    assert load(path, way | {"map.unknown": "free"}).route == Route()
+    sides = []
+    for factor in (1.0, 5.0):
+        scenario = load(path, way | {"map.unknown": "free", "route.unknown": factor})
+        assert loads(dumps(scenario), recorded=True) == scenario
+        assert scenario.route is not None
+        finder, start = Wayfinder(scenario.route, scenario.robot.limits), np.array(scenario.robot.start)
+        finder.follow(0.0, start, np.array(scenario.robot.goal), FloorMap(scenario).known, ())
+        line = finder.ahead(start[:2])[1].line
+        sides.append(float(line[np.abs(line[:, 0] - 5.25).argmin(), 1]))
+    assert sides[0] < 2.0
+    assert sides[1] > 4.0
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "kinematic"])
