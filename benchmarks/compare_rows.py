@@ -17,8 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mjnav.study.store.row import FIGURES, NUMBER, Row, Value
-from mjnav.study.store.store import Store
+from mjnav.study.store import FIGURES, NUMBER, Row, Store, Value
 
 SCENES, SETTINGS, METHODS = 5, 10, 10
 SHARD_ROWS = 5_000

@@ -16,8 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mjnav.study.cells import resolve
-from mjnav.study.store.row import Row
-from mjnav.study.store.store import Store
+from mjnav.study.store import Row, Store
 from mjnav.study.study_file import load_study
 from mjnav.study.sweep.schedulers import Scheduler, local
 from mjnav.study.sweep.sweep import sweep, trials

@@ -20,7 +20,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from mjnav.study.cells import resolve
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from mjnav.study.study_file import load_study
 from mjnav.study.sweep.sweep import trials
 from mjnav.study.trial import run_trial

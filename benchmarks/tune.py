@@ -14,7 +14,7 @@ from pathlib import Path
 
 from mjnav.study.cells import Cell, resolve
 from mjnav.study.compare.ranking import RULE, RankedSetting, rank
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from mjnav.study.study_file import StudyFile, load_study, study_text
 from mjnav.study.sweep.schedulers import Scheduler, local
 from mjnav.study.sweep.sweep import sweep

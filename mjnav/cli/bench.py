@@ -54,7 +54,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Runs what is missing, prints the table over all suites, and writes the files."""
     from mjnav.report.comparison.documents import document
     from mjnav.study.bench import BENCH, Bench, Reference, comparison, share_of, weakest
-    from mjnav.study.store.store import Store
+    from mjnav.study.store import Store
 
     outputs = [output_path("--output", given, *OUTPUTS) for given in arguments.output or ()]
     share = (QUICK if arguments.quick else 1.0) if arguments.share is None else arguments.share

@@ -18,11 +18,11 @@ from mjnav.metrics.summary import GROUPS
 from mjnav.output_files import output_path, replacement
 from mjnav.study import requirements
 from mjnav.study.cells import Labels
-from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, SETS, WIN_BY
+from mjnav.study.compare.cell_rows import DEFAULT_FIGURES, SETS, WIN_BY
 from mjnav.study.compare.estimates import Estimate
 from mjnav.study.compare.ranking import RULE, RankedSetting, rank
 from mjnav.study.results import find_results, kept_study
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from mjnav.study.study_file import StudyFile
 
 if TYPE_CHECKING:

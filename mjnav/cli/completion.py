@@ -48,7 +48,7 @@ def _names() -> Mapping[str, Collection[str]]:
     """The values of options and arguments, by option or metavar."""
     from mjnav.metrics.summary import GROUPS
     from mjnav.paper import ITEMS
-    from mjnav.study.compare.chosen_figures import SETS, numbers
+    from mjnav.study.compare.cell_rows import SETS, numbers
     from mjnav.study.key_reference import kinds, run_keys
     from mjnav.study.key_reference import names as listed
 

@@ -14,7 +14,7 @@ from mjnav.output_files import written
 
 if TYPE_CHECKING:
     from mjnav.paper.episodes import PaperStudy
-    from mjnav.study.store.store import Store
+    from mjnav.study.store import Store
     from mjnav.study.sweep.schedulers import Scheduler
 
 FOLDER, QUICK_FOLDER = "runs/out/paper", "runs/out/paper-quick"
@@ -37,7 +37,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from mjnav.paper import ITEMS, load
     from mjnav.paper.episodes import studies
     from mjnav.paper.page import page
-    from mjnav.study.store.store import Store
+    from mjnav.study.store import Store
 
     names = list(ITEMS) if arguments.only is None else arguments.only
     for name in names:

@@ -17,7 +17,7 @@ from mjnav.study.keep import KINDS
 from mjnav.study.study_file import load_study, study_text
 
 if TYPE_CHECKING:
-    from mjnav.study.store.store import Store
+    from mjnav.study.store import Store
     from mjnav.study.sweep.schedulers import Scheduler
     from mjnav.study.sweep.sweep import SweepSummary
     from mjnav.study.trial import Trial
@@ -57,7 +57,7 @@ def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.output) if arguments.output else OUT_FOLDER / study.name
 
     from mjnav.study.cells import resolve
-    from mjnav.study.store.store import Store
+    from mjnav.study.store import Store
     from mjnav.study.sweep.sweep import check, trials
 
     store = Store(folder)

@@ -16,8 +16,7 @@ from mjnav.study.cells import Cell, resolve
 from mjnav.study.compare.cell_rows import CellRows, cell_rows
 from mjnav.study.compare.estimates import estimate
 from mjnav.study.compare.study_comparison import check_distinct
-from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY
-from mjnav.study.store.store import Store
+from mjnav.study.store import COLUMNS, PLACE_IN_STUDY, Store
 from mjnav.study.study_file import StudyFile, load_study, study_text
 from mjnav.study.sweep.sweep import trials as trials_of
 from mjnav.study.trial import Trial

@@ -16,7 +16,7 @@ from mjnav.metrics.oracle import Collision, judged
 from mjnav.study.cells import DEFAULT_SETTING
 from mjnav.study.keep import kept_log
 from mjnav.study.results import find_results
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 
 _COLUMNS = ("scene", "setting", "method", "seed", "success", "error", "log")
 

@@ -29,11 +29,10 @@ from mjnav.scene.toml import parse
 from mjnav.settings import Length, Range, read_document, settle
 from mjnav.settings.plugins import placed
 from mjnav.study.cells import Labels, resolve
-from mjnav.study.compare.cell_rows import CellRows, cell_rows, pooled
-from mjnav.study.compare.chosen_figures import WIN_BY, columns_for
+from mjnav.study.compare.cell_rows import WIN_BY, CellRows, cell_rows, columns_for, pooled
 from mjnav.study.compare.study_comparison import NEEDED, Comparison, StudyComparison, compare, rows_of
 from mjnav.study.compare.worst_seeds import run_commands, worst_seeds
-from mjnav.study.store.store import Store, parquet, schema
+from mjnav.study.store import Store, parquet, schema
 from mjnav.study.study_file import MethodEntry, Overrides, SeedRange, SettingEntry, StudyFile
 from mjnav.study.sweep.sweep import trials
 from mjnav.study.trial import Trial

@@ -24,10 +24,9 @@ from mjnav.loop.result import RunSummary
 from mjnav.metrics.summary import OF_RUNS
 from mjnav.metrics.timing import compute_ms
 from mjnav.study.compare.before_after import KINDS, BeforeAfter
-from mjnav.study.compare.cell_rows import CellPlace
-from mjnav.study.compare.chosen_figures import is_cost, numbers
+from mjnav.study.compare.cell_rows import CellPlace, is_cost, numbers
 from mjnav.study.compare.study_comparison import MethodRow, StudyComparison
-from mjnav.study.store.row import FIGURES, is_own
+from mjnav.study.store import FIGURES, is_own
 
 # --------------------------------------------------------------------------------------- requirements
 

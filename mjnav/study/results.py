@@ -23,11 +23,10 @@ from mjnav.scene.ranges import MAX_TIME
 from mjnav.settings import Range, below, settled
 from mjnav.study.cells import resolve
 from mjnav.study.compare.before_after import BeforeAfter, before_after
-from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
+from mjnav.study.compare.cell_rows import DEFAULT_FIGURES
 from mjnav.study.compare.study_comparison import StudyComparison, compare_study
 from mjnav.study.keep import NONE
-from mjnav.study.store.row import Row
-from mjnav.study.store.store import STUDY_FILE, Store
+from mjnav.study.store import STUDY_FILE, Row, Store
 from mjnav.study.study_file import StudyFile, load_study, studies, study_text
 from mjnav.study.sweep.schedulers import dask, local
 from mjnav.study.sweep.sweep import SweepSummary, trials
@@ -113,7 +112,7 @@ class SweepResult:
         return Store(self.folder).causes()
 
     def rows(self, columns: Sequence[str] | None = None) -> "pyarrow.Table":
-        """These columns of all rows, `mjnav.study.store.row.COLUMNS` by default, in no particular order."""
+        """These columns of all rows, `mjnav.study.store.COLUMNS` by default, in no particular order."""
         return Store(self.folder).rows(columns)
 
     def table(self, columns: Sequence[str] | None = None) -> Any:

@@ -28,7 +28,7 @@ from mjnav.scene.spec import Scenario
 from mjnav.settings.plugins import Plugin
 from mjnav.study.cells import DEFAULT_SETTING, Cell
 from mjnav.study.keep import Keep, raise_log_fault
-from mjnav.study.store.row import FIGURES, Row, Value
+from mjnav.study.store import FIGURES, Row, Value
 
 ID_DIGITS = 32  # 128 bits: among a billion episodes, two have the same id with a probability of 1e-21
 KEPT_SCENARIOS = 4096  # that a process keeps built and warm: a sweep goes through all its cells seed by seed
@@ -46,12 +46,12 @@ class Trial:
 
     @property
     def place(self) -> tuple[str, str, str, str, int]:
-        """Where it stands in the study: the values of `row.PLACE_IN_STUDY`."""
+        """Where it stands in the study: the values of `store.PLACE_IN_STUDY`."""
         return (*self.cell_place, self.seed)
 
     @property
     def cell_place(self) -> tuple[str, str, str, str]:
-        """Where its cell stands: the values of `row.CELL`."""
+        """Where its cell stands: the values of `store.CELL`."""
         return self.study, self.cell.scene, self.cell.setting, self.cell.method
 
     @property

@@ -3,7 +3,7 @@
 import json
 import subprocess
 
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from tests.hanging_controllers import HANGING
 
 STUDY = """

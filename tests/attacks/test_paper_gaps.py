@@ -10,8 +10,7 @@ import pytest
 from mjnav.paper import load
 from mjnav.paper.claims import Verdict, judge
 from mjnav.paper.episodes import rows, studies
-from mjnav.study.store.row import FIGURES
-from mjnav.study.store.store import Store
+from mjnav.study.store import FIGURES, Store
 from mjnav.study.trial import Trial
 from tests.study.made_up import labelled_row
 

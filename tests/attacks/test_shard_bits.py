@@ -5,7 +5,7 @@ import random
 import pytest
 
 from mjnav.errors import MjnavError
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from tests.study.made_up import row
 
 FLIPS = 400

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from mjnav.cli.main import main
-from mjnav.study.store.store import FREE_MEMORY, Store, digest, schema
+from mjnav.study.store import FREE_MEMORY, Store, digest, schema
 from tests.study.made_up import row
 
 MEMORY = 50 * 2**20  # [bytes] that reading all of these bombs, none larger than 100 kB, may take
@@ -20,7 +20,7 @@ MEMORY = 50 * 2**20  # [bytes] that reading all of these bombs, none larger than
 READER = """
 import resource, sys
 from mjnav.errors import MjnavError
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 Store(sys.argv[1]).rows()
 def peak(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 before = peak()

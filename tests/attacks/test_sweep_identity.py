@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 
 STUDY = """
 schema = 1

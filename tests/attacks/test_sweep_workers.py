@@ -8,7 +8,7 @@ import pytest
 
 from mjnav.errors import MjnavError
 from mjnav.study.cells import resolve
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from mjnav.study.study_file import load_study
 from mjnav.study.sweep.sweep import sweep, trials
 from mjnav.study.trial import Trial, run_trial

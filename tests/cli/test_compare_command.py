@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from tests.study.made_up import row
 
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 
 STUDY = """
 schema = 1

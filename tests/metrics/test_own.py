@@ -13,7 +13,7 @@ from mjnav.metrics import Figure
 from mjnav.study.cells import Cell
 from mjnav.study.compare.cell_rows import cell_rows
 from mjnav.study.compare.study_comparison import compare
-from mjnav.study.store.row import Row
+from mjnav.study.store import Row
 
 QUICK = {"physics.engine": "kinematic", "time_limit": 0.3}
 

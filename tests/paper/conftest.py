@@ -8,7 +8,7 @@ import pytest
 
 from mjnav.study.cells import variants
 from mjnav.study.compare.cell_rows import CellRows
-from mjnav.study.store.row import FIGURES
+from mjnav.study.store import FIGURES
 from mjnav.study.study_file import load_study
 
 NUM = 40

@@ -20,10 +20,10 @@ from mjnav.report.comparison.latex import escaped, latex
 from mjnav.report.comparison.shown import PLAIN, shown_tables
 from mjnav.report.comparison.text import write
 from mjnav.report.figure_text import Shown
-from mjnav.study.compare.chosen_figures import RATES, is_rate
+from mjnav.study.compare.cell_rows import RATES, is_rate
 from mjnav.study.compare.estimates import Estimate
 from mjnav.study.compare.study_comparison import compare_study
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from mjnav.study.study_file import load_study, study_text
 from tests.report.parsed_page import ParsedPage
 from tests.study.made_up import row as episode

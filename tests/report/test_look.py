@@ -12,7 +12,7 @@ from mjnav.report.inspection import inspect
 from mjnav.report.run_page.page import page as run_page
 from mjnav.report.run_page.playback import playback
 from mjnav.study.compare.study_comparison import compare_study
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from mjnav.study.study_file import load_study
 from tests.log.conftest import MadeUpRun, make_scenario
 from tests.study.made_up import row

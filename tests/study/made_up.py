@@ -3,7 +3,7 @@
 from dataclasses import fields
 from typing import Any
 
-from mjnav.study.store.row import COLUMNS, Row
+from mjnav.study.store import COLUMNS, Row
 
 FIELDS = frozenset(field.name for field in fields(Row))
 

@@ -4,7 +4,7 @@ import pytest
 
 from mjnav.errors import InputError
 from mjnav.study.avoidable import Source, sources
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from tests.study.made_up import row
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from mjnav.errors import InvalidValue, MjnavError
 from mjnav.study.bench import Bench, Reference, comparison, share_of, weakest
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from tests.study.made_up import row
 
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")

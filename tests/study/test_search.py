@@ -10,8 +10,7 @@ from mjnav.errors import InvalidValue
 from mjnav.scene import loads
 from mjnav.scene.draws import Uniform, draw_number
 from mjnav.study.cells import resolve
-from mjnav.study.search import Search
-from mjnav.study.study_file import load_study
+from mjnav.study.study_file import Search, load_study
 
 LOG = {"low": 1.0, "high": 30.0, "log": True}
 STUDY = """

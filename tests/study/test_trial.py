@@ -13,7 +13,7 @@ from mjnav.loop.provenance import FACTS, provenance
 from mjnav.messages import ObstacleSamples
 from mjnav.scene.spec import Control, Layout
 from mjnav.study.cells import Cell, resolve
-from mjnav.study.store.row import COLUMNS
+from mjnav.study.store import COLUMNS
 from mjnav.study.study_file import MethodEntry, StudyFile
 from mjnav.study.trial import SampleShape, Trial, flatten, prepared, run_trial
 

@@ -38,7 +38,7 @@ def of_run(arguments: argparse.Namespace, scenario: Scenario) -> list["Requireme
     for requirement in found:
         from mjnav.metrics.own import OwnMetrics
         from mjnav.study.requirements import ALLOWED, check_figure, run_figures
-        from mjnav.study.store.row import figure_name
+        from mjnav.study.store import figure_name
 
         check_figure(requirement, [*run_figures(), *map(figure_name, OwnMetrics(scenario).figures)])
         if requirement.where:

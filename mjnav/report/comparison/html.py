@@ -25,7 +25,7 @@ from mjnav.study.compare.cell_rows import CellPlace
 from mjnav.study.compare.study_comparison import Comparison, StudyComparison
 from mjnav.study.compare.worst_seeds import WorstSeed, run_commands, worst_seeds
 from mjnav.study.keep import kept_log
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from mjnav.study.study_file import StudyFile
 
 # --------------------------------------------------------------------------------------------- tables

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from mjnav.printable import printable
 from mjnav.report.figure_text import FigureName, Format, Shown, column_format, definition, figure_name, shown_ratio
 from mjnav.study.compare.before_after import BeforeAfter
-from mjnav.study.compare.chosen_figures import FAULT, RATES, WIN_BY, is_cost, is_rate, over_all
+from mjnav.study.compare.cell_rows import FAULT, RATES, WIN_BY, is_cost, is_rate, over_all
 from mjnav.study.compare.estimates import RESAMPLES, Estimate, WinRatio
 from mjnav.study.compare.study_comparison import Comparison, MethodRow, StudyComparison
 

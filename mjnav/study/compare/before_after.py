@@ -11,14 +11,21 @@ from dataclasses import dataclass, replace
 
 from mjnav.errors import InputError
 from mjnav.study.cells import Labels
-from mjnav.study.compare.cell_rows import CellPlace, CellRows, cell_rows
-from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, WIN_BY, check_figures, columns_for, expanded
+from mjnav.study.compare.cell_rows import (
+    DEFAULT_FIGURES,
+    WIN_BY,
+    CellPlace,
+    CellRows,
+    cell_rows,
+    check_figures,
+    columns_for,
+    expanded,
+)
 from mjnav.study.compare.estimates import common
 from mjnav.study.compare.study_comparison import NEEDED, Comparison, MethodRow, check_distinct, compare, corrected_rows
-from mjnav.study.store.row import check_own
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store, check_own
 from mjnav.study.study_file import StudyFile
-from mjnav.study.sweep.changes import KeyChange, what_changed
+from mjnav.study.sweep.sweep import KeyChange, what_changed
 
 BEFORE, AFTER = "before", "after"
 BETTER, WORSE, OTHER = KINDS = "better", "worse", "other"

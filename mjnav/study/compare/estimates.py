@@ -30,8 +30,7 @@ from numpy.typing import NDArray
 from mjnav.messages import Array
 from mjnav.metrics.intervals import Interval, SharedBootstrap, clustered_wilson, holm, mcnemar, wilson
 from mjnav.rng import stream
-from mjnav.study.compare.cell_rows import CellRows
-from mjnav.study.compare.chosen_figures import is_cost, is_rate, more_is_better
+from mjnav.study.compare.cell_rows import CellRows, is_cost, is_rate, more_is_better
 
 # ----------------------------------------------------------------------- rates, means and differences
 

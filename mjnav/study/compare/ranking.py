@@ -13,7 +13,7 @@ from mjnav.study.cells import Variant, flat, variants
 from mjnav.study.compare.cell_rows import CellRows, cell_rows
 from mjnav.study.compare.estimates import Estimate, bootstrap, estimate
 from mjnav.study.compare.study_comparison import NEEDED, check_distinct, rows_of
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from mjnav.study.study_file import StudyFile
 
 TIME_WEIGHT, CONTROL_WEIGHT, CONTACT = 0.5, 0.1, -3.0  # a contact in a hundred counts as much as a fifth of the time

@@ -20,18 +20,21 @@ import numpy as np
 from mjnav.errors import InputError, unknown_name
 from mjnav.messages import Array
 from mjnav.study.cells import Labels, variants
-from mjnav.study.compare.cell_rows import CellPlace, CellRows, cell_rows, pooled
-from mjnav.study.compare.chosen_figures import (
+from mjnav.study.compare.cell_rows import (
     COLLISIONS,
     DEFAULT_FIGURES,
     LAYOUT,
     PEOPLE,
     RATES,
     WIN_BY,
+    CellPlace,
+    CellRows,
+    cell_rows,
     check_figures,
     check_win_by,
     columns_for,
     expanded,
+    pooled,
 )
 from mjnav.study.compare.estimates import (
     Difference,
@@ -44,10 +47,9 @@ from mjnav.study.compare.estimates import (
     estimates,
     win_ratio,
 )
-from mjnav.study.store.row import check_own
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store, check_own
 from mjnav.study.study_file import StudyFile
-from mjnav.study.sweep.changes import Inconsistency, inconsistencies
+from mjnav.study.sweep.sweep import Inconsistency, inconsistencies
 
 if TYPE_CHECKING:
     import pyarrow

@@ -12,11 +12,9 @@ from itertools import pairwise
 import numpy as np
 
 from mjnav.study.cells import flat, variants
-from mjnav.study.compare.cell_rows import CellPlace, CellRows, cell_rows
-from mjnav.study.compare.chosen_figures import COLLISIONS
+from mjnav.study.compare.cell_rows import COLLISIONS, CellPlace, CellRows, cell_rows
 from mjnav.study.compare.study_comparison import rows_of, shipped_scenes
-from mjnav.study.store.row import PLACE_IN_STUDY
-from mjnav.study.store.store import MARK, Store
+from mjnav.study.store import MARK, PLACE_IN_STUDY, Store
 from mjnav.study.study_file import StudyFile
 
 

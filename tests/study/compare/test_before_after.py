@@ -8,7 +8,7 @@ from mjnav.errors import InputError, InvalidValue, MjnavError
 from mjnav.metrics.intervals import mcnemar
 from mjnav.study.compare.before_after import before_after
 from mjnav.study.results import compare
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from tests.study.made_up import row
 
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")

@@ -8,7 +8,7 @@ import pytest
 from mjnav.cli.main import main
 from mjnav.study.cells import resolve
 from mjnav.study.compare.ranking import rank
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from mjnav.study.study_file import load_study
 from mjnav.study.sweep.sweep import sweep, trials
 from mjnav.study.trial import run_trial

@@ -5,11 +5,9 @@ import pytest
 
 from mjnav.errors import InputError
 from mjnav.metrics.intervals import wilson
-from mjnav.study.compare.cell_rows import cell_rows
-from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
+from mjnav.study.compare.cell_rows import DEFAULT_FIGURES, cell_rows
 from mjnav.study.compare.study_comparison import compare, compare_study
-from mjnav.study.store.row import COLUMNS
-from mjnav.study.store.store import Store
+from mjnav.study.store import COLUMNS, Store
 from mjnav.study.study_file import load_study
 from tests.study.made_up import row
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from mjnav.metrics.intervals import holm
-from mjnav.study.compare.cell_rows import CellRows
-from mjnav.study.compare.chosen_figures import COLLISIONS
+from mjnav.study.compare.cell_rows import COLLISIONS, CellRows
 from mjnav.study.compare.estimates import all_rivals, win_ratio
 from mjnav.study.compare.study_comparison import compare
 

@@ -11,7 +11,7 @@ import pytest
 from dask import config as configuration
 
 from mjnav.errors import InputError, MjnavError
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from mjnav.study.sweep.schedulers import dask
 from mjnav.study.sweep.sweep import sweep
 

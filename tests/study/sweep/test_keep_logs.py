@@ -7,7 +7,7 @@ import pytest
 import mjnav
 from mjnav.errors import InputError, InvalidValue
 from mjnav.study.keep import kept_log
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from mjnav.study.sweep.schedulers import local
 from mjnav.study.sweep.sweep import keeping, sweep
 from mjnav.study.trial import run_trial

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from mjnav.errors import InputError, MjnavError
 from mjnav.study.cells import Cell
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from mjnav.study.sweep.schedulers import local
 from mjnav.study.sweep.sweep import sweep
 from mjnav.study.trial import Trial, failed_row, run_trial

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from mjnav.cli.main import main
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 
 PATIENCE = 120.0  # [s] for a process to get as far as its first episodes on a busy machine
 DISK = 2**22  # [bytes]: a busy machine writes a shard, of some 35 kB, for each of 16 episodes

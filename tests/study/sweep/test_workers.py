@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from mjnav.errors import InvalidValue
-from mjnav.study.sweep.workers import ENVIRONMENT, TimeLimit, as_done
+from mjnav.study.sweep.schedulers import ENVIRONMENT, TimeLimit, as_done
 
 PATIENCE = 30.0  # [s]
 

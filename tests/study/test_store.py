@@ -10,8 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from mjnav.errors import InputError, MjnavError
-from mjnav.study.store.row import COLUMNS, Row
-from mjnav.study.store.store import Store, digest
+from mjnav.study.store import COLUMNS, Row, Store, digest
 from tests.study import made_up
 
 
@@ -53,7 +52,7 @@ def test_a_writer_that_comes_after_a_killed_one_cleans_up(tmp_path):
     folder = tmp_path / "results"
     code = f"""
 import time
-from mjnav.study.store.store import Store
+from mjnav.study.store import Store
 from tests.study import made_up
 with Store({str(folder)!r}).writing("# mjnav the first"):
     open({str(folder / ".mjnav-1.tmp")!r}, "w").close()

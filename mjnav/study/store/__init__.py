@@ -1,1 +1,0 @@
-"""The results of a sweep on disk: rows in Parquet files."""
