@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mjnav.cli.terminal.tables import print_table
+from mjnav.cli.terminal import print_table
 from mjnav.messages import Array
 from mjnav.scene.crowd import Crowd, Track, TrackSplines, in_window, people_of
 from mjnav.scene.crowd_import import import_crowd

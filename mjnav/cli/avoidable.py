@@ -7,8 +7,7 @@ from dataclasses import asdict
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from mjnav.cli.terminal.progress import compile_notice, progress, tell
-from mjnav.cli.terminal.tables import print_table
+from mjnav.cli.terminal import compile_notice, print_table, progress, tell
 from mjnav.errors import MjnavError
 from mjnav.printable import printable
 

@@ -4,12 +4,11 @@ import argparse
 import json
 from typing import TYPE_CHECKING
 
+from mjnav.cli import options
 from mjnav.cli.compare import OUTPUTS, write_outputs
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.options import sweep_options
 from mjnav.cli.sweep import run
-from mjnav.cli.terminal.progress import tell
-from mjnav.cli.terminal.tables import print_drawn, print_table
+from mjnav.cli.terminal import print_drawn, print_table, tell
 from mjnav.errors import InputError, InvalidValue
 from mjnav.loop.prepare import OUT_FOLDER
 from mjnav.output_files import output_path, replacement
@@ -44,7 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="a parameter of the methods, as weight=3; repeatable",
     )
     parser.add_argument("--reference", action="store_true", help="run all methods of the file, and make its rows anew")
-    sweep_options.configure(parser)
+    options.sweep(parser)
     parser.add_argument("--folder", metavar="FOLDER", help="where rows go; runs/out/bench by default")
     parser.add_argument("-o", "--output", action="append", metavar="FILE", help=f"also to a file: {' '.join(OUTPUTS)}")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
@@ -62,7 +61,7 @@ def execute(arguments: argparse.Namespace) -> int:
         raise InvalidValue("--share", arguments.share, "a number above 0, up to 1")
     if arguments.reference and (arguments.methods or arguments.suite or arguments.overrides):
         raise InputError("--reference runs all methods of the file of suites in all of them")
-    scheduler = sweep_options.chosen_scheduler(arguments)
+    scheduler = options.chosen_scheduler(arguments)
     bench = Bench.load(arguments.suites).only(arguments.suite)
     reference = Reference.load(bench.rows)
     store = Store(arguments.folder or OUT_FOLDER / BENCH)

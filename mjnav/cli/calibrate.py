@@ -7,10 +7,8 @@ from contextlib import AbstractContextManager
 from dataclasses import asdict
 from itertools import product
 
-from mjnav.cli.options import scene_options
-from mjnav.cli.options.common import check_whole
-from mjnav.cli.terminal.progress import compile_notice, progress
-from mjnav.cli.terminal.tables import print_table
+from mjnav.cli import options
+from mjnav.cli.terminal import compile_notice, print_table, progress
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.loop.run import warm_up
@@ -26,7 +24,7 @@ PLAN = CalibrationPlan()
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
-    scene_options.scene(parser)
+    options.scene(parser)
     parser.add_argument(
         "--controller",
         nargs="+",
@@ -42,8 +40,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--draws", type=int, default=PLAN.draws, metavar="N", help=f"fresh draws a decision; {PLAN.draws} by default"
     )
-    scene_options.overrides(parser)
-    scene_options.max_seconds(parser)
+    options.overrides(parser)
+    options.max_seconds(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
     parser.add_argument("-o", "--output", metavar="OUT.png", help="a picture of the reliability curves")
 
@@ -51,11 +49,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Runs every controller under every seed and prints the tables."""
     for key, low in (("seeds", 1), ("first", 0), ("every", 1), ("draws", 1)):
-        check_whole(f"--{key}", getattr(arguments, key), low)
+        options.check_whole(f"--{key}", getattr(arguments, key), low)
     last = arguments.first + arguments.seeds - 1
     if last > MAX_SEED:
         raise InvalidValue("--first", arguments.first, f"a number for which the last seed is at most {MAX_SEED}")
-    max_seconds = scene_options.checked_max_seconds(arguments)
+    max_seconds = options.checked_max_seconds(arguments)
     picture = None if arguments.output is None else output_path("--output", arguments.output, ".png")
     names = dict.fromkeys(arguments.controller or [None])
     scenarios = [load_scenario(arguments.scene, arguments.overrides, controller=name) for name in names]

@@ -10,9 +10,8 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mjnav.cli.options import require
-from mjnav.cli.terminal.progress import tell
-from mjnav.cli.terminal.tables import print_drawn, print_table
+from mjnav.cli import options
+from mjnav.cli.terminal import print_drawn, print_table, tell
 from mjnav.errors import InputError, InvalidValue
 from mjnav.metrics.summary import GROUPS
 from mjnav.output_files import output_path, replacement
@@ -63,7 +62,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="in place of tables: the settings of each method by their score, and the best as a line of a study file",
     )
-    require.configure(parser, "hall/rkhs: success>=0.95")
+    options.require(parser, "hall/rkhs: success>=0.95")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
@@ -83,9 +82,9 @@ def execute(arguments: argparse.Namespace) -> int:
     return _methods(arguments)
 
 
-def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], reason: str) -> None:
+def _refuse(arguments: argparse.Namespace, names: tuple[str, ...], reason: str) -> None:
     """Raises InputError for an option that would do nothing."""
-    for name in options:
+    for name in names:
         if getattr(arguments, name):
             option = "AFTER" if name == "after" else f"--{name.replace('_', '-')}"
             raise InputError(f"{option} is {reason}")
@@ -99,7 +98,7 @@ def _methods(arguments: argparse.Namespace) -> int:
 
     outputs = [output_path("--output", given, *OUTPUTS) for given in arguments.output or ()]
     store, study = _results(arguments.study)
-    required = require.parsed(arguments)
+    required = options.required(arguments)
     with _figure_option():
         results = compare_study(
             store,
@@ -156,7 +155,7 @@ def _before_after(arguments: argparse.Namespace) -> int:
 
     store = find_results(arguments.study)[0]
     after, study = _results(arguments.after)
-    required = require.parsed(arguments)
+    required = options.required(arguments)
     figures = [*(arguments.figure or DEFAULT_FIGURES), *requirements.figures_for(required)]
     with _figure_option():
         results = before_after(store, after, figures=figures, study=study)
@@ -174,10 +173,10 @@ def _print(
 ) -> int:
     """Prints one form of the results, and answers the requirements."""
     if arguments.json:
-        print(json.dumps({**document(), **require.documents(answers)}))
+        print(json.dumps({**document(), **options.answers_document(answers)}))
     else:
         print_drawn(draw)
-    return require.exit_code(answers)
+    return options.exit_code(answers)
 
 
 def _results(given: str) -> tuple[Store, StudyFile | None]:

@@ -3,9 +3,8 @@
 import argparse
 import json
 
-from mjnav.cli.options.common import check_needs
-from mjnav.cli.terminal.guard import interruptible
-from mjnav.cli.terminal.progress import progress
+from mjnav.cli.options import check_needs
+from mjnav.cli.terminal import interruptible, progress
 from mjnav.errors import DamagedLogError
 from mjnav.log import Log, open_log
 from mjnav.log.export.export import FORMATS, check_format, check_new_folder, export

@@ -7,7 +7,7 @@ from dataclasses import fields
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from mjnav.cli.terminal.tables import print_drawn, print_lines, print_table
+from mjnav.cli.terminal import print_drawn, print_lines, print_table
 from mjnav.errors import DamagedLogError
 from mjnav.printable import printable
 

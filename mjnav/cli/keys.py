@@ -6,8 +6,8 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from mjnav.cli.options.common import check_needs
-from mjnav.cli.terminal.tables import print_table
+from mjnav.cli.options import check_needs
+from mjnav.cli.terminal import print_table
 from mjnav.scene.toml import value_text
 from mjnav.settings.reference import KeyReference
 from mjnav.study.key_reference import keys_below, run_keys, study_keys

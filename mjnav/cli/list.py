@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from mjnav.cli.terminal.tables import print_table
+from mjnav.cli.terminal import print_table
 from mjnav.errors import InvalidValue
 from mjnav.study.key_reference import catalogue, kinds, names
 

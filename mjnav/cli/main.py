@@ -7,16 +7,13 @@ import shlex
 import sys
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import nullcontext
+from difflib import get_close_matches
 from importlib import import_module
 from types import MappingProxyType
 from typing import Any
 
-from mjnav.cli.options import common
-from mjnav.cli.options.common import in_options, shows_options, unknown_words
-from mjnav.cli.terminal.guard import Guard, guarded
-from mjnav.cli.terminal.progress import tell
-from mjnav.cli.terminal.streams import plain_output, quiet_output, readable_output
-from mjnav.errors import InputError, MjnavError, unknown_name
+from mjnav.cli.terminal import Guard, guarded, plain_output, quiet_output, readable_output, tell
+from mjnav.errors import InputError, InvalidValue, MjnavError, UntrustedCode, unknown_name
 from mjnav.printable import printable
 
 INTERRUPTED = 130
@@ -52,7 +49,7 @@ _GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType(
         "advanced": {
             "rate-test": ("mjnav.cli.rate_test", "test whether the loop keeps its rate on this machine"),
             "import": (
-                "mjnav.cli.import_crowd",
+                "mjnav.cli.import_file",
                 "say what recorded people, a map or a world holds, and make a scene of it",
             ),
             "noise": ("mjnav.cli.noise", "fit laws to recorded errors, as tables of a run file"),
@@ -74,7 +71,7 @@ class _Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile(r"-\.?\d")  # "-2.25,3" is a point, no option
 
     def error(self, message: str):
-        raise InputError(f"{message}; {shows_options(self.prog)}")
+        raise InputError(f"{message}; {_shows_options(self.prog)}")
 
 
 class _MainParser(_Parser):
@@ -120,7 +117,7 @@ def _exit_code(argv: list[str], guard: Guard) -> int:
             import traceback
 
             traceback.print_exc()
-        tell(str(in_options(error)))
+        tell(str(_in_options(error)))
         return error.exit_code
     except OSError as error:  # run files and logs raise errors of their own: what is left is standard output's
         _drop_output()
@@ -153,7 +150,7 @@ def command_parser(
         sub = commands.add_parser(command, help=text, description=f"{text[0].upper()}{text[1:]}.")
         if command in configured:
             import_module(path).configure(sub)
-            common.configure(sub, command)
+            _everywhere(sub, command)
     return parser, commands.choices
 
 
@@ -167,7 +164,7 @@ def _execute(argv: list[str], guard: Guard) -> int:
     given = argparse.Namespace(guard=guard, command_line=printable(shlex.join(["mjnav", *argv])))
     arguments, unknown = parser.parse_known_args(argv, given)
     if unknown:
-        raise unknown_words(commands.get(name or "", parser), unknown)
+        raise _unknown_words(commands.get(name or "", parser), unknown)
     if arguments.version:
         from importlib.metadata import version
 
@@ -185,6 +182,64 @@ def _execute(argv: list[str], guard: Guard) -> int:
             from mjnav.loop.supervision import describe_fault
 
             raise MjnavError(f"the command was ended from within: {describe_fault(error)}") from error
+
+
+# ------------------------------------------- errors in the words of options, options of every command
+
+
+OPTIONS: Mapping[str, str] = MappingProxyType(
+    {
+        "controller": "--controller",
+        "overrides": "--set",
+        "seed": "--seed",
+        "scenes": "--scene",
+        "seeds": "--seeds",
+        "scheduler": "--scheduler",
+    }
+)
+_WITH = " with "  # between a file and the arguments that changed it
+
+
+def _in_options(error: MjnavError) -> MjnavError:
+    """The error with options in place of arguments."""
+    if isinstance(error, UntrustedCode):
+        other = "--controller NAME" if error.other == "controller=NAME" else None
+        return UntrustedCode(error.what, trust="--trust", other=other)
+    if not isinstance(error, InvalidValue) or error.file is None:
+        return error
+    head, between, tail = error.file.rpartition(_WITH)
+    words = tail.split(", ")
+    if not all(word in OPTIONS for word in words) or (head and not between):
+        return error
+    return error.within(file=f"{head}{between}{', '.join(OPTIONS[word] for word in words)}")
+
+
+def _shows_options(command: str) -> str:
+    """Where the options of a command are shown."""
+    return f"`{command} --help` shows what it takes"
+
+
+def _unknown_words(parser: argparse.ArgumentParser, words: Sequence[str]) -> InputError:
+    """The error for words that a command does not take, with what the first option among them may have meant."""
+    option = next((word.partition("=")[0] for word in words if word.startswith("-")), None)
+    if option is None:
+        return InputError(f"{parser.prog} does not take {' '.join(words)!r}; {_shows_options(parser.prog)}")
+    nearest = get_close_matches(option.lower(), parser._option_string_actions, n=1) if len(option) > 2 else []
+    instead = f"did you mean {nearest[0]}?" if nearest else _shows_options(parser.prog)
+    return InputError(f"{parser.prog} has no option {option}; {instead}")
+
+
+SAYING = ("list", "show", "keys", "schema", "completion")  # commands that only print: there is nothing to leave out
+
+
+def _everywhere(parser: argparse.ArgumentParser, command: str) -> None:
+    """-q, where the command does more than print, and --traceback."""
+    group = parser.add_argument_group("everywhere")
+    if command not in SAYING:
+        group.add_argument(
+            "-q", "--quiet", action="store_true", help="print neither results nor progress; the exit code says"
+        )
+    group.add_argument("--traceback", action="store_true", help="where a fault came from, for code of your own")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 
-from mjnav.cli.options import scene_options
+from mjnav.cli import options
 from mjnav.errors import InputError, InvalidValue
 from mjnav.log import open_log
 from mjnav.output_files import new_path, written
@@ -30,7 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="M",
         help=f"of a cell [m]; {RESOLUTION:g} by default",
     )
-    scene_options.start_and_goal(parser)
+    options.start_and_goal(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 

@@ -7,7 +7,7 @@ from math import isfinite
 
 import numpy as np
 
-from mjnav.cli.terminal.tables import print_table
+from mjnav.cli.terminal import print_table
 from mjnav.errors import InvalidValue
 from mjnav.noise.fit import Fit, fits
 from mjnav.output_files import output_path, written

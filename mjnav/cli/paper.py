@@ -5,10 +5,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mjnav.cli import options
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.options import sweep_options
-from mjnav.cli.terminal.guard import interruptible
-from mjnav.cli.terminal.progress import progress, tell
+from mjnav.cli.terminal import interruptible, progress, tell
 from mjnav.errors import unknown_name
 from mjnav.output_files import written
 
@@ -28,7 +27,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--only", nargs="+", metavar="NAME", help="these items; all by default")
     parser.add_argument("--seeds", type=int, metavar="N", help="N seeds a cell in place of 200")
     parser.add_argument("--draw", action="store_true", help="run no episode: draw and judge those that are there")
-    sweep_options.configure(parser)
+    options.sweep(parser)
     parser.add_argument("-o", "--output", metavar="FOLDER", help=f"where all goes; {FOLDER} by default")
 
 
@@ -47,7 +46,7 @@ def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.output or (QUICK_FOLDER if arguments.quick else FOLDER))
     wanted = studies(map(load, names), seeds)
     store = Store(folder / ROWS)
-    scheduler = sweep_options.chosen_scheduler(arguments)
+    scheduler = options.chosen_scheduler(arguments)
     with interruptible() as stop:
         complete = arguments.draw or _run(wanted, store, scheduler, stop, arguments)
         for name in names:

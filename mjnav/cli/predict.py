@@ -5,10 +5,8 @@ import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from mjnav.cli.options import scene_options
-from mjnav.cli.options.common import check_whole
-from mjnav.cli.terminal.progress import compile_notice
-from mjnav.cli.terminal.tables import print_table
+from mjnav.cli import options
+from mjnav.cli.terminal import compile_notice, print_table
 from mjnav.errors import InvalidValue
 
 if TYPE_CHECKING:
@@ -53,13 +51,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--frame-rate", type=float, metavar="HZ", help="what a recording's column of frames counts a second"
     )
     parser.add_argument("--seed", type=int, metavar="N", help="seed, in place of the run file's")
-    scene_options.overrides(parser)
+    options.overrides(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Measures and prints the tables."""
-    check_whole("--samples", arguments.samples, 1)
+    options.check_whole("--samples", arguments.samples, 1)
     if not 0.0 < arguments.every < 1e6:
         raise InvalidValue("--every", arguments.every, "a number of seconds > 0")
     if arguments.frame_rate is not None and not 0.0 < arguments.frame_rate <= 1e6:
@@ -68,8 +66,8 @@ def execute(arguments: argparse.Namespace) -> int:
     from mjnav.study.prediction import Plan, measure
 
     models = tuple(dict.fromkeys(arguments.model or (CONSTANT_VELOCITY,)))
-    options = arguments.exact, arguments.samples, arguments.every, arguments.seed, tuple(arguments.overrides)
-    plan = Plan(models, *options, arguments.frame_rate)
+    given = arguments.exact, arguments.samples, arguments.every, arguments.seed, tuple(arguments.overrides)
+    plan = Plan(models, *given, arguments.frame_rate)
     with compile_notice():
         measured = measure(arguments.source, plan)
     if arguments.json:

@@ -5,11 +5,9 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from mjnav.cli import options
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.options import scene_options
-from mjnav.cli.terminal.guard import interruptible
-from mjnav.cli.terminal.progress import compile_notice, progress, tell
-from mjnav.cli.terminal.tables import print_lines
+from mjnav.cli.terminal import compile_notice, interruptible, print_lines, progress, tell
 from mjnav.log.log_format import check_path
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.realtime.stress import shuttling
@@ -25,7 +23,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = (
         "Where the process may, a test takes SCHED_FIFO, one CPU and locked memory, as run --real-time does."
     )
-    scene_options.configure(parser)
+    options.run(parser)
     parser.add_argument("--rate", type=float, default=RATE, metavar="HZ", help=f"of control; {RATE:g} by default")
     parser.add_argument("--duration", type=float, default=60.0, metavar="S", help="of the test [s]; 60 by default")
     parser.add_argument("--stress", action="store_true", help="load every processor and the disk meanwhile")

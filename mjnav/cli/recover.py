@@ -5,8 +5,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from mjnav.cli.terminal.guard import interruptible
-from mjnav.cli.terminal.progress import progress
+from mjnav.cli.terminal import interruptible, progress
 from mjnav.log.recover import Recovery, recover
 
 _SHOWN = 8  # damaged places

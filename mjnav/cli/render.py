@@ -3,9 +3,8 @@
 import argparse
 import re
 
-from mjnav.cli.options.common import check_needs
-from mjnav.cli.terminal.guard import interruptible
-from mjnav.cli.terminal.progress import progress
+from mjnav.cli.options import check_needs
+from mjnav.cli.terminal import interruptible, progress
 from mjnav.errors import InvalidValue
 from mjnav.log import open_log
 from mjnav.output_files import output_path

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.terminal.guard import interruptible
-from mjnav.cli.terminal.progress import compile_notice, progress, tell
+from mjnav.cli.terminal import compile_notice, interruptible, progress, tell
 from mjnav.printable import printable
 
 if TYPE_CHECKING:

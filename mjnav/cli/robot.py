@@ -5,8 +5,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from mjnav.cli.terminal.progress import compile_notice
-from mjnav.cli.terminal.tables import print_table
+from mjnav.cli.terminal import compile_notice, print_table
 from mjnav.loop.robot_check import checked
 from mjnav.scene import loads
 from mjnav.scene.robot import OWN, read_robot, robot_path

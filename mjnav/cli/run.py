@@ -8,13 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mjnav.cli.import_floor import tell_left_out
+from mjnav.cli import options
+from mjnav.cli.import_file import tell_left_out
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.options import require, scene_options
-from mjnav.cli.options.common import check_needs
-from mjnav.cli.terminal.guard import interruptible
-from mjnav.cli.terminal.progress import compile_notice, progress, tell
-from mjnav.cli.terminal.tables import print_lines
+from mjnav.cli.terminal import compile_notice, interruptible, print_lines, progress, tell
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.log.live import PORT, LiveServer
 from mjnav.log.log_format import check_path
@@ -32,7 +29,7 @@ MAX_REFUSED = 5  # reasons for which --live refused a client that are reported
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
-    scene_options.configure(parser)
+    options.run(parser)
     parser.add_argument(
         "--real-time",
         action=argparse.BooleanOptionalAction,
@@ -56,8 +53,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     log = parser.add_mutually_exclusive_group()
     log.add_argument("--log", "-o", "--output", metavar="PATH", help="where the log goes; runs/out/ by default")
     log.add_argument("--no-log", action="store_true", help="write no log")
-    scene_options.max_seconds(parser)
-    require.configure(parser, "success==1")
+    options.max_seconds(parser)
+    options.require(parser, "success==1")
     parser.add_argument("--profile", action="store_true", help="print how long the parts of a tick take")
     parser.add_argument(
         "--detour", action="store_true", help="also run the people without the robot: what it adds to their ways"
@@ -71,14 +68,14 @@ def execute(arguments: argparse.Namespace) -> int:
     if overruns is not None and overruns not in POLICIES:
         raise unknown_name("--overruns", overruns, POLICIES)
     real_time = (arguments.live or arguments.view) if arguments.real_time is None else arguments.real_time
-    check_needs("--overruns", "--real-time, --live or --view", given=overruns is not None, met=real_time)
+    options.check_needs("--overruns", "--real-time, --live or --view", given=overruns is not None, met=real_time)
     if arguments.log is not None:
         check_path(arguments.log)
     if arguments.scene.endswith(WORLDS):
         tell_left_out(floor_tables(arguments.scene, Path())[1])
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
-    required = require.of_run(arguments, scenario)
-    max_seconds = scene_options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
+    required = options.required_of_run(arguments, scenario)
+    max_seconds = options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
     from mjnav.loop.events import warnings_of
     from mjnav.loop.run import run, warm_up
     from mjnav.loop.supervision import RunFault
@@ -117,9 +114,9 @@ def execute(arguments: argparse.Namespace) -> int:
             if error.result is None:
                 raise
             result, fault = error.result, error
-    answers = require.answers_of_run(required, result.summary)
+    answers = options.answers_of_run(required, result.summary)
     if arguments.json:
-        print(json.dumps({**result.summary, **require.documents(answers)}))
+        print(json.dumps({**result.summary, **options.answers_document(answers)}))
     else:
         print_lines([*describe(result)])
         if result.profile is not None:
@@ -134,7 +131,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if overruns == "abort" and result.summary["deadline_misses"]:
         tell(f"a deadline was missed: {_ending(result.summary)}")
         return 1
-    return require.exit_code(answers)
+    return options.exit_code(answers)
 
 
 def _ending(summary: dict[str, Any]) -> str:
@@ -155,8 +152,8 @@ class _Views:
 @contextmanager
 def _views(arguments: argparse.Namespace, scenario: Scenario) -> Iterator[_Views]:
     """Opens the viewers and says where they are. Raises InputError where one cannot be opened."""
-    check_needs("--port", "--live", given=arguments.port is not None, met=arguments.live)
-    check_needs("--allow-origin", "--live", given=bool(arguments.allow_origin), met=arguments.live)
+    options.check_needs("--port", "--live", given=arguments.port is not None, met=arguments.live)
+    options.check_needs("--allow-origin", "--live", given=bool(arguments.allow_origin), met=arguments.live)
     told: set[str] = set()
 
     def refused(reason: str) -> None:

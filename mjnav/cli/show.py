@@ -2,7 +2,7 @@
 
 import argparse
 
-from mjnav.cli.options.scene_options import overrides
+from mjnav.cli.options import overrides
 from mjnav.errors import unknown_name
 from mjnav.output_files import new_path, written
 from mjnav.scene import data_folder, dumps, load, names

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from mjnav.cli.options import scene_options
-from mjnav.cli.options.common import check_whole
-from mjnav.cli.terminal.progress import compile_notice, progress
+from mjnav.cli import options
+from mjnav.cli.terminal import compile_notice, progress
 from mjnav.control.decision_surface import DecisionSurface, decision_surface, require_candidates
 from mjnav.control.parameters import WINDOWS
 from mjnav.errors import InvalidValue
@@ -24,7 +23,7 @@ GRID_RANGE = (2, 200)  # 200 x 200 controls against 625 pairs of samples take 20
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
-    scene_options.configure(parser)
+    options.run(parser)
     parser.add_argument(
         "--at", type=float, metavar="TIME", required=True, help="[s]: the tick then, or the last before"
     )
@@ -47,7 +46,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     controller = require_candidates(build_controller(scenario), scenario.control.method)
-    check_whole("--grid", arguments.grid, *GRID_RANGE)
+    options.check_whole("--grid", arguments.grid, *GRID_RANGE)
     if arguments.output is None:
         make_out_folder()
         picture = OUT_FOLDER / f"{file_stem(scenario, f'{arguments.at:g}s')}-surface.png"

@@ -7,10 +7,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mjnav.cli import options
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.options import scene_options, sweep_options
-from mjnav.cli.terminal.guard import interruptible
-from mjnav.cli.terminal.progress import progress, tell
+from mjnav.cli.terminal import interruptible, progress, tell
 from mjnav.errors import InputError, MjnavError, unknown_name
 from mjnav.loop.prepare import OUT_FOLDER
 from mjnav.study.keep import KINDS
@@ -32,8 +31,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--scene", action="append", default=[], metavar="SCENE", help="a scene in place of the study's; may be repeated"
     )
     parser.add_argument("--seeds", type=int, metavar="N", help="number of seeds, from the study's first on")
-    scene_options.overrides(parser)
-    sweep_options.configure(parser)
+    options.overrides(parser)
+    options.sweep(parser)
     parser.add_argument(
         "--keep-logs",
         default="none",
@@ -63,7 +62,7 @@ def execute(arguments: argparse.Namespace) -> int:
     store = Store(folder)
     cells = resolve(study, arguments.overrides, arguments.scene)
     wanted = trials(study, cells)
-    scheduler = sweep_options.chosen_scheduler(arguments)
+    scheduler = options.chosen_scheduler(arguments)
 
     def say(text: str) -> None:
         if not arguments.json:

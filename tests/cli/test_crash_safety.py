@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from mjnav.cli.terminal.guard import AT_ONCE
+from mjnav.cli.terminal import AT_ONCE
 from mjnav.log import open_log
 from tests.forking.command import Command
 from tests.hanging_controllers import HANGING

@@ -19,7 +19,7 @@ from importlib import import_module
 from pathlib import Path
 
 from mjnav.cli.main import COMMANDS, main
-from mjnav.cli.terminal.guard import guarded
+from mjnav.cli.terminal import guarded
 
 HEAVY = ("matplotlib.pyplot", "mjnav.log.export.export", "mjnav.study.compare.study_comparison")
 

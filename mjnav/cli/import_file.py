@@ -6,16 +6,19 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from mjnav.cli import import_floor
-from mjnav.cli.options import scene_options
-from mjnav.cli.options.common import check_needs, check_whole
-from mjnav.cli.terminal.tables import print_lines, print_table
-from mjnav.errors import InvalidValue
+import numpy as np
+
+from mjnav.cli import options
+from mjnav.cli.terminal import print_lines, print_table, tell
+from mjnav.errors import InputError, InvalidValue
 from mjnav.output_files import new_path, written
 from mjnav.printable import printable
 from mjnav.scene.crowd_import import RADII, Imported, choose_window, import_crowd, scene_tables, scene_text
+from mjnav.scene.floor_import import MAPS, WORLDS, floor_tables
 from mjnav.scene.load import loads
+from mjnav.scene.map_file import FREE, OCCUPIED, UNKNOWN, read_map
 from mjnav.scene.overrides import apply, overrides_of
+from mjnav.scene.toml import toml_text
 
 LENGTH, MAX_LENGTH = 30.0, 1e6  # [s] of a window
 _OPTIONS = {"frame_rate": "--frame-rate", "duration": "--duration"}
@@ -33,7 +36,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "file", metavar="FILE", help="a recording (rows of frame, id, x, y, or obsmat), a map's .yaml, or a .world"
     )
     parser.add_argument("-o", "--output", metavar="FILE.toml", help="write a run file with it, a new file")
-    scene_options.start_and_goal(parser)
+    options.start_and_goal(parser)
     parser.add_argument(
         "--frame-rate",
         type=float,
@@ -47,7 +50,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help=f"of the parts that are listed and found [s]; {LENGTH:g} by default",
     )
-    scene_options.overrides(parser)
+    options.overrides(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
@@ -55,14 +58,16 @@ def execute(arguments: argparse.Namespace) -> int:
     """Prints what the file holds and writes the run file."""
     for option in ("frame_rate", "people", "duration"):
         given = getattr(arguments, option) is not None
-        check_needs(f"--{option.replace('_', '-')}", "`import crowd`", given=given, met=arguments.kind == "crowd")
+        options.check_needs(
+            f"--{option.replace('_', '-')}", "`import crowd`", given=given, met=arguments.kind == "crowd"
+        )
     if arguments.kind != "crowd":
-        return import_floor.execute(arguments)
+        return _floor(arguments)
     arguments.duration = LENGTH if arguments.duration is None else arguments.duration
     output = None if arguments.output is None else new_path("--output", arguments.output, ".toml")
-    check_needs("--people", "-o FILE.toml", given=arguments.people is not None, met=output is not None)
+    options.check_needs("--people", "-o FILE.toml", given=arguments.people is not None, met=output is not None)
     if arguments.people is not None:
-        check_whole("--people", arguments.people, 1)
+        options.check_whole("--people", arguments.people, 1)
     if not 1.0 <= arguments.duration <= MAX_LENGTH:
         raise InvalidValue("--duration", arguments.duration, f"a number from 1 to {MAX_LENGTH:g} s")
     table = _crowd_table(arguments)
@@ -172,6 +177,68 @@ def _print(document: dict[str, Any]) -> None:
 def _text(value: Any) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{key} {_text(part)}" for key, part in value.items())
-    if isinstance(value, list):
-        return " ".join(map(_text, value))
+    if isinstance(value, list | tuple):
+        return " ".join(map(_text, value)) or "-"
     return "-" if value is None else f"{value:.4g}" if isinstance(value, float) else printable(value)
+
+
+# ----------------------------------------------------------------------------------- a map or a world
+
+
+_MAX_TOLD = 10  # things left out that are told one by one
+
+
+def _floor(arguments: argparse.Namespace) -> int:
+    """The same of a map or a world."""
+    output = None if arguments.output is None else new_path("--output", arguments.output, ".toml")
+    suffixes = MAPS if arguments.kind == "map" else WORLDS
+    if not arguments.file.endswith(suffixes):
+        raise InvalidValue("FILE", arguments.file, f"a {arguments.kind}, a file that ends in {' or '.join(suffixes)}")
+    given = list(overrides_of(arguments.overrides))
+    if output is not None and not {"robot.start", "robot.goal"} <= {override.key for override in given}:
+        raise InputError("-o needs --start X,Y,HEADING and --goal X,Y")
+    folder = (output or new_path("--output", "x.toml", ".toml")).absolute().parent
+    tables, left_out = floor_tables(arguments.file, folder)
+    document = _holds(arguments, tables, left_out)
+    tell_left_out(left_out)
+    if output is not None:
+        tables["name"] = printable(output.stem)
+        for override in given:
+            apply(tables, override, {})
+        text = f"# Made by `mjnav import {arguments.kind}`.\n{toml_text(tables)}"
+        scenario = loads(text, file=str(output), folder=folder)
+        with written(output) as file:
+            file.write(text.encode())
+        document["wrote"] = {"file": str(output), "pillars": len(scenario.pillars), "walls": len(scenario.walls)}
+    if arguments.json:
+        print(json.dumps(document, allow_nan=False))
+    else:
+        print_lines([f"  {key:12}  {_text(value)}" for key, value in document.items() if key != "schema"])
+    return 0
+
+
+def tell_left_out(left_out: list[str]) -> None:
+    """What of a world stands nowhere, on standard error."""
+    for text in left_out[:_MAX_TOLD]:
+        tell(f"left out: {printable(text)}")
+    if len(left_out) > _MAX_TOLD:
+        tell(f"left out: {len(left_out) - _MAX_TOLD} more; `mjnav import world FILE --json` names them")
+
+
+def _holds(arguments: argparse.Namespace, tables: dict[str, Any], left_out: list[str]) -> dict[str, Any]:
+    """What the file holds, as --json has it."""
+    if arguments.kind == "world":
+        counts = {key: len(tables.get(key, ())) for key in ("pillars", "walls")}
+        return {"schema": 1, **counts, "left_out": left_out}
+    grid = read_map(arguments.file)
+    states = (("occupied", OCCUPIED), ("free", FREE), ("unknown", UNKNOWN))
+    shares = {name: float(np.mean(grid.cells == state)) for name, state in states}
+    info = grid.info
+    return {
+        "schema": 1,
+        "cells": list(grid.cells.shape[::-1]),
+        "resolution_m": info.resolution,
+        "origin": list(info.origin),
+        "mode": info.mode,
+        **{f"{name}_share": share for name, share in shares.items()},
+    }

@@ -19,7 +19,7 @@ WORDS = [
 PROGRAM = """
 import sys
 from mjnav.cli.main import main
-from mjnav.cli.terminal.streams import readable_output
+from mjnav.cli.terminal import readable_output
 readable_output()
 for words in sys.argv[1:]:
     try:

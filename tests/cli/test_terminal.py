@@ -8,9 +8,8 @@ import pytest
 from numba import njit
 from rich.progress import Progress
 
-from mjnav.cli.terminal import streams, tables
-from mjnav.cli.terminal.guard import SIGNALS, interruptible
-from mjnav.cli.terminal.progress import compile_notice, progress, tell
+from mjnav.cli import terminal
+from mjnav.cli.terminal import SIGNALS, compile_notice, interruptible, progress, tell
 
 
 class Terminal(io.StringIO):
@@ -78,10 +77,10 @@ ROWS = [
 
 @pytest.mark.parametrize("columns", [60, 80, 120, 200])
 def test_a_table_fits_the_terminal_and_breaks_no_number(monkeypatch, capsys, columns):
-    made = streams.console
-    monkeypatch.setattr(streams, "console", lambda **_: made(width=columns))
-    monkeypatch.setattr(streams, "on_terminal", lambda: True)
-    tables.print_table(ROWS, HEADS, numbers=(2, 3))
+    made = terminal.console
+    monkeypatch.setattr(terminal, "console", lambda **_: made(width=columns))
+    monkeypatch.setattr(terminal, "on_terminal", lambda: True)
+    terminal.print_table(ROWS, HEADS, numbers=(2, 3))
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= columns
     words = out.replace(",", " ").split()
@@ -90,5 +89,5 @@ def test_a_table_fits_the_terminal_and_breaks_no_number(monkeypatch, capsys, col
 
 
 def test_in_a_pipe_a_row_is_a_line(capsys):
-    tables.print_table([("x" * 300, "word " * 60 + "end", "1.5", "2.5")], HEADS, numbers=(2, 3))
+    terminal.print_table([("x" * 300, "word " * 60 + "end", "1.5", "2.5")], HEADS, numbers=(2, 3))
     assert len(capsys.readouterr().out.splitlines()) == 2

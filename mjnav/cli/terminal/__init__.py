@@ -1,1 +1,0 @@
-"""Standard output, progress, signals, and the process that watches a command."""
