@@ -2,8 +2,7 @@
 
 import argparse
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from datetime import date
 from math import isfinite
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from mjnav.cli import options
 from mjnav.cli.terminal import print_drawn, print_table, tell
-from mjnav.errors import InputError, InvalidValue
+from mjnav.errors import InputError
 from mjnav.metrics.summary import GROUPS
 from mjnav.output_files import output_path, replacement
 from mjnav.study import requirements
@@ -66,6 +65,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
+OPTIONS = {"figure": "--figure", "reference": "--reference", "win_by": "--win-by"}
 # Options that only some of a command's three forms take.
 OF_METHODS = ("reference", "pool", "pool_all", "rivals", "ratios", "win_by", "output")
 OF_TABLES = ("after", *OF_METHODS, "figure", "require")
@@ -99,7 +99,7 @@ def _methods(arguments: argparse.Namespace) -> int:
     outputs = [output_path("--output", given, *OUTPUTS) for given in arguments.output or ()]
     store, study = _results(arguments.study)
     required = options.required(arguments)
-    with _figure_option():
+    with options.named(**OPTIONS):
         results = compare_study(
             store,
             study,
@@ -157,7 +157,7 @@ def _before_after(arguments: argparse.Namespace) -> int:
     after, study = _results(arguments.after)
     required = options.required(arguments)
     figures = [*(arguments.figure or DEFAULT_FIGURES), *requirements.figures_for(required)]
-    with _figure_option():
+    with options.named(**OPTIONS):
         results = before_after(store, after, figures=figures, study=study)
     answers = requirements.of_cells(required, requirements.of_before_after(results))
     return _print(
@@ -188,18 +188,6 @@ def _results(given: str) -> tuple[Store, StudyFile | None]:
         except InputError as error:
             tell(f"{error}; what is missing, and labels, are not known")
     return store, study
-
-
-@contextmanager
-def _figure_option() -> Iterator[None]:
-    """An unknown figure or reference is named by its option."""
-    try:
-        yield
-    except InvalidValue as error:
-        if error.key not in ("figure", "reference", "win_by"):
-            raise
-        option = f"--{error.key.replace('_', '-')}"
-        raise InvalidValue(option, error.found, error.allowed, nearest=error.nearest) from None
 
 
 # --------------------------------------------------------------------------------------------- --rank

@@ -4,7 +4,7 @@ import argparse
 import json
 
 from mjnav.cli.options import check_needs
-from mjnav.cli.terminal import interruptible, progress
+from mjnav.cli.terminal import stoppable
 from mjnav.errors import DamagedLogError
 from mjnav.log import Log, open_log
 from mjnav.log.export.export import FORMATS, check_format, check_new_folder, export
@@ -36,13 +36,7 @@ def execute(arguments: argparse.Namespace) -> int:
     check_format(form, topics)
     check_new_folder(arguments.output)
     log = _opened(arguments.log)
-    with interruptible() as asked, progress(form, total=log.duration or 0.0) as show:
-
-        def step(time: float) -> None:
-            if asked():
-                raise KeyboardInterrupt
-            show(time)
-
+    with stoppable(form, log.duration or 0.0) as step:
         written = export(log, form, arguments.output, topics=topics, progress=step)
     if arguments.json:
         print(json.dumps(_summary(log, form, arguments.output, written)))

@@ -3,8 +3,8 @@
 import argparse
 import json
 
+from mjnav.cli import options
 from mjnav.cli.terminal import print_table
-from mjnav.errors import InvalidValue
 from mjnav.study.key_reference import catalogue, kinds, names
 
 
@@ -20,10 +20,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.kind is None:
         listed = catalogue()
     else:
-        try:
+        with options.named(kind="KIND"):
             listed = {arguments.kind.replace("-", " ").replace("_", " "): names(arguments.kind)}
-        except InvalidValue as error:
-            raise InvalidValue("KIND", error.found, error.allowed, nearest=error.nearest) from None
     if arguments.json:
         document = {kind.replace(" ", "_"): dict(entries) for kind, entries in listed.items()}
         print(json.dumps({"schema": 1, **document}))

@@ -48,10 +48,8 @@ def execute(arguments: argparse.Namespace) -> int:
         scenario = load(arguments.scene, arguments.overrides)
     floor = floor_of_robot(scenario.walls, scenario.tables, scenario.pillars)
     points = np.array([scenario.robot.start[:2], *scenario.robot.route], float)
-    try:
+    with options.named(resolution="--resolution"):
         grid = map_of(floor, points, arguments.resolution, picture.name)
-    except InvalidValue as error:
-        raise InvalidValue(f"--{error.key}", error.found, error.allowed) from None
     for path, content in zip((output, picture), written_map(grid), strict=True):
         with written(path) as file:
             file.write(content)

@@ -7,7 +7,8 @@ own CI.
 import argparse
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -35,6 +36,17 @@ def check_whole(option: str, value: int, low: int, high: int | None = None) -> N
     if value < low or (high is not None and value > high):
         allowed = f"a whole number >= {low}" if high is None else f"a whole number from {low} to {high}"
         raise InvalidValue(option, value, allowed)
+
+
+@contextmanager
+def named(**names: str) -> Iterator[None]:
+    """An error about one of these arguments names its option instead."""
+    try:
+        yield
+    except InvalidValue as error:
+        if error.file is not None or error.key not in names:
+            raise
+        raise InvalidValue(names[error.key], error.found, error.allowed, nearest=error.nearest) from None
 
 
 # -------------------------------------------------------------------------------------------- a scene

@@ -5,7 +5,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from mjnav.cli.terminal import interruptible, progress
+from mjnav.cli.terminal import stoppable
 from mjnav.log.recover import Recovery, recover
 
 _SHOWN = 8  # damaged places
@@ -24,14 +24,8 @@ def execute(arguments: argparse.Namespace) -> int:
     """Writes OUT and says what was kept and lost."""
     log = Path(arguments.log)
     size = 1e-6 * log.stat().st_size if log.exists() else 0.0
-    with interruptible() as asked, progress("recover", size, "MB") as show:
-
-        def step(place: int) -> None:
-            if asked():
-                raise KeyboardInterrupt
-            show(1e-6 * place)
-
-        recovery = recover(log, arguments.out, on_byte=step)
+    with stoppable("recover", size, "MB") as step:
+        recovery = recover(log, arguments.out, on_byte=lambda place: step(1e-6 * place))
     if arguments.json:
         # changed_bit: earlier versions could put one changed bit right
         found = {"schema": 1, "log": arguments.log, "out": arguments.out, "changed_bit": None, **asdict(recovery)}

@@ -3,8 +3,8 @@
 import argparse
 import re
 
-from mjnav.cli.options import check_needs
-from mjnav.cli.terminal import interruptible, progress
+from mjnav.cli import options
+from mjnav.cli.terminal import stoppable
 from mjnav.errors import InvalidValue
 from mjnav.log import open_log
 from mjnav.output_files import output_path
@@ -29,15 +29,15 @@ def execute(arguments: argparse.Namespace) -> int:
     """Draws off screen."""
     output = output_path("--output", arguments.output, ".png", *FILMS)
     is_film = output.suffix.lower() in FILMS
-    check_needs("--at", "a picture: -o OUT.png", given=arguments.at is not None, met=not is_film)
+    options.check_needs("--at", "a picture: -o OUT.png", given=arguments.at is not None, met=not is_film)
     for name in _FILM_ONLY:
-        check_needs(
+        options.check_needs(
             f"--{name}", "a film: -o OUT.mp4 or OUT.gif", given=getattr(arguments, name) is not None, met=is_film
         )
     size = _size(arguments.size)
     log = open_log(arguments.log)
     log.scenario()  # says best what another program's file lacks
-    try:
+    with options.named(start="--from", end="--to", at="--at", size="--size", fps="--fps", speed="--speed"):
         if not is_film:
             pixels, time = picture(log, arguments.at, size=size)
             save_picture(pixels, output)
@@ -47,17 +47,8 @@ def execute(arguments: argparse.Namespace) -> int:
         fps = FPS if arguments.fps is None else arguments.fps
         speed = 1.0 if arguments.speed is None else arguments.speed
         timing = film.timing(getattr(arguments, "from"), arguments.to, fps=fps, speed=speed)
-    except InvalidValue as error:
-        option = {"start": "from", "end": "to"}.get(error.key, error.key)
-        raise InvalidValue(f"--{option}", error.found, error.allowed) from None
     count = len(timing.times())
-    with interruptible() as interrupted, progress(output.name, count, unit="frames") as show:
-
-        def step(number: int) -> None:
-            if interrupted():
-                raise KeyboardInterrupt
-            show(number)
-
+    with stoppable(output.name, count, "frames") as step:
         film.write(timing, progress=step)
     print(f"{output}: {count} frames, {count / timing.fps:.1f} s, {1e-3 * output.stat().st_size:.0f} kB")
     return 0

@@ -12,7 +12,7 @@ from mjnav.cli import options
 from mjnav.cli.import_file import tell_left_out
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.terminal import compile_notice, interruptible, print_lines, progress, tell
-from mjnav.errors import InvalidValue, unknown_name
+from mjnav.errors import unknown_name
 from mjnav.log.live import PORT, LiveServer
 from mjnav.log.log_format import check_path
 from mjnav.loop.pacer import POLICIES, profile_table
@@ -170,12 +170,9 @@ def _views(arguments: argparse.Namespace, scenario: Scenario) -> Iterator[_Views
             views = _Views(watch=lambda record: viewer.show(record.truth), closed=lambda: viewer.closed)
         if arguments.live:
             port = PORT if arguments.port is None else arguments.port
-            try:
+            with options.named(port="--port", origin="--allow-origin"):
                 origins = arguments.allow_origin or ()
                 live = stack.enter_context(LiveServer(scenario, port=port, origins=origins, refused=refused))
-            except InvalidValue as error:
-                option = "--port" if error.key == "port" else "--allow-origin"
-                raise InvalidValue(option, error.found, error.allowed) from None
             tell(f"live at {live.url}: in Foxglove or Lichtblick, open a Foxglove WebSocket connection to it")
             views = _Views(live, views.watch, views.closed)
         yield views

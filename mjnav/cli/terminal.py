@@ -248,6 +248,19 @@ def interruptible() -> Iterator[Callable[[], bool]]:
             signal.signal(number, handler)
 
 
+@contextmanager
+def stoppable(name: str, total: float, unit: str = "s") -> Iterator[Callable[[float], None]]:
+    """Like `progress`; the function that it yields raises KeyboardInterrupt once one of SIGNALS has come."""
+    with interruptible() as asked, progress(name, total, unit) as show:
+
+        def step(so_far: float) -> None:
+            if asked():
+                raise KeyboardInterrupt
+            show(so_far)
+
+        yield step
+
+
 # ----------------------------------------------------------------------------------- parent and child
 
 

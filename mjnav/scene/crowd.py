@@ -138,11 +138,8 @@ def read_recording(path: Path | str) -> Recording:
 
     Of rows with the same person and frame the first counts.
     """
-    try:
+    with files.readable("a recording", file=str(path)):
         data = files.read_regular(path, MAX_BYTES)
-    except (OSError, ValueError) as error:  # ValueError: a null character in the name
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InvalidValue("", None, f"a recording that can be read ({reason})", file=str(path)) from None
     try:
         return _parsed(data)
     except InvalidValue as error:

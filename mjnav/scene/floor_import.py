@@ -6,7 +6,7 @@ from typing import Any
 
 from mjnav.errors import InvalidValue
 from mjnav.printable import printable
-from mjnav.scene.toml import read_regular
+from mjnav.scene.toml import read_regular, readable
 from mjnav.scene.world_file import read_world
 
 MAPS, WORLDS = (".yaml", ".yml"), (".world", ".sdf")
@@ -23,12 +23,11 @@ def floor_tables(file: str, folder: Path) -> tuple[dict[str, Any], list[str]]:
     if file.endswith(MAPS):
         relative = file if os.path.isabs(file) else os.path.relpath(file, folder)
         return {"schema": 1, "name": name, "map": {"file": relative}}, []
+    with readable("a world", file=file):
+        data = read_regular(file, _MAX_BYTES)
     try:
-        world = read_world(read_regular(file, _MAX_BYTES))
+        world = read_world(data)
     except InvalidValue as error:
         raise error.within(file=file) from None
-    except (OSError, ValueError) as error:  # ValueError: a null character in the name
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InvalidValue("", None, f"a world that can be read ({reason})", file=file) from None
     bodies = {"pillars": world.pillars, "walls": world.walls}
     return {"schema": 1, "name": name, **{key: found for key, found in bodies.items() if found}}, world.left_out

@@ -109,11 +109,8 @@ def read_map(path: str | os.PathLike[str]) -> OccupancyGrid:
 
 
 def _content(path: str, limit: int, what: str, key: str = "") -> bytes:
-    try:
+    with files.readable(what, key, path if key else None):
         return files.read_regular(path, limit)
-    except (OSError, ValueError) as error:  # ValueError: a null character in the name
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InvalidValue(key, path if key else None, f"{what} that can be read ({reason})") from None
 
 
 def _flat_yaml(data: bytes) -> dict[str, Any]:

@@ -104,11 +104,8 @@ def read_robot(path: Path) -> RobotFile:
 
 
 def _text(path: Path, what: str) -> str:
-    try:
+    with files.readable(what, "robot.model", os.fspath(path)):
         return files.read_regular(path, _MAX_BYTES).decode()
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InvalidValue("robot.model", os.fspath(path), f"{what} that can be read ({reason})") from None
 
 
 def put_robot(document: dict[str, Any], folder: Path | None) -> None:

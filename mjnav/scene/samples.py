@@ -23,11 +23,8 @@ _MAX_BYTES = 50_000_000
 def read_column(path: str | os.PathLike[str], column: str | None) -> tuple[str, list[float]]:
     """A column's name and its numbers; without a name the only one. Raises InvalidValue with the file and its line."""
     name = os.fspath(path)
-    try:
+    with files.readable("a CSV file", file=name):
         text = files.read_regular(name, _MAX_BYTES).decode("utf-8-sig")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InvalidValue("", None, f"a CSV file that can be read ({reason})", file=name) from None
     rows = csv.reader(line for line in text.splitlines())
     head = [cell.strip() for cell in next(rows, [])]
     if column is None:

@@ -10,6 +10,7 @@ import re
 import stat
 import tomllib
 from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import date, time
 from numbers import Integral, Real
 from pathlib import Path
@@ -36,6 +37,16 @@ def read_regular(path: str | os.PathLike[str], limit: int) -> bytes:
     return content
 
 
+@contextmanager
+def readable(what: str, key: str = "", found: object = None, *, file: str | None = None) -> Iterator[None]:
+    """Raises InvalidValue where a file cannot be read, or is no text: `what` it should have been."""
+    try:
+        yield
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name, or not UTF-8
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InvalidValue(key, found, f"{what} that can be read ({reason})", file=file) from None
+
+
 def inline(document: dict[str, Any], folder: Path | None) -> None:
     """Replaces the path of a latency trace by its numbers, so that the scenario needs no file but its own.
 
@@ -58,11 +69,8 @@ def found(name: str, folder: Path) -> Path:
 
 def _numbers(name: str, folder: Path) -> list[float]:
     path = found(name, folder)
-    try:
+    with readable("a text file of numbers", TRACE, name):
         text = read_regular(path, _MAX_BYTES).decode()
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InvalidValue(TRACE, name, f"a text file of numbers that can be read ({reason})") from None
     values = []
     for number, line in enumerate(text.splitlines(), start=1):
         for word in re.split(r"[,;\s]+", line.partition("#")[0].strip()):
