@@ -72,7 +72,7 @@ def execute(arguments: argparse.Namespace) -> int:
     runs = f"seed {last}" if len(seeds) == 1 else f"seeds {seeds[0]} to {last}"
     heading = f"{scenarios[0].name}, {runs}, every {plan.every} ticks, {plan.draws} draws"
     if picture is not None:
-        from mjnav.report.decision_figures import calibration_figure
+        from mjnav.report.figures import calibration_figure
 
         with written(picture) as file:
             calibration_figure(calibrations, heading).savefig(file, format="png")

@@ -129,10 +129,9 @@ def _methods(arguments: argparse.Namespace) -> int:
 def write_outputs(outputs: Sequence[Path], results: "StudyComparison", study: StudyFile | None) -> None:
     """Each file in the form that its name ends in."""
     from mjnav.loop.provenance import revision
-    from mjnav.report.comparison.documents import csv_text
-    from mjnav.report.comparison.forest import forest
+    from mjnav.report.comparison.documents import csv_text, latex
     from mjnav.report.comparison.html import html
-    from mjnav.report.comparison.latex import latex
+    from mjnav.report.figures import forest
 
     for path in outputs:
         with replacement(path) as partial:

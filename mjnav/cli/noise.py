@@ -33,7 +33,7 @@ def execute(arguments: argparse.Namespace) -> int:
     except InvalidValue as error:
         raise InvalidValue(column, error.found, error.allowed, file=arguments.file) from None
     if picture is not None:
-        from mjnav.report.noise_picture import quantile_figure
+        from mjnav.report.figures import quantile_figure
 
         with written(picture) as file:
             quantile_figure(errors, found, column).savefig(file, format="png")

@@ -42,7 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Runs the scene up to the moment, and costs and draws the decision that it came to."""
-    from mjnav.report.decision_figures import decision_surface_figure
+    from mjnav.report.figures import decision_surface_figure
 
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     controller = require_candidates(build_controller(scenario), scenario.control.method)

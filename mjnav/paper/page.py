@@ -23,7 +23,7 @@ from mjnav.paper import ITEMS, load
 from mjnav.paper.claims import LEAST_PAIRS, LEAST_RUNS, Finding, Verdict
 from mjnav.paper.draw import style
 from mjnav.paper.episodes import Basis
-from mjnav.report.look.document import frame
+from mjnav.report.document import frame
 
 FINDINGS, DATA, PICTURE, PRINT = "findings.json", "data.csv", "figure.png", "figure.pdf"
 MARKS: Mapping[Verdict, str] = MappingProxyType(

@@ -24,7 +24,7 @@ from mjnav.metrics.intervals import wilson
 from mjnav.motion.unicycle import reachable
 from mjnav.paper.claims import Claim, Measured, MeasuredItem, Progress, mean_by_run, shown
 from mjnav.paper.episodes import DIRECT, changed, spread
-from mjnav.report.decision_figures import decision_surface_figure
+from mjnav.report.figures import decision_surface_figure
 from mjnav.rkhs.mmd import moment_distance
 from mjnav.robot.controller import build_controller
 from mjnav.scene.load import with_seed

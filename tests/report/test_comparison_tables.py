@@ -14,9 +14,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from mjnav.report.comparison.documents import csv_text, document
+from mjnav.report.comparison.documents import csv_text, document, escaped, latex
 from mjnav.report.comparison.html import html
-from mjnav.report.comparison.latex import escaped, latex
 from mjnav.report.comparison.shown import PLAIN, shown_tables
 from mjnav.report.comparison.text import write
 from mjnav.report.figure_text import Shown

@@ -8,7 +8,7 @@ from matplotlib.colors import to_rgb
 from mjnav.control.decision_surface import DecisionSurface
 from mjnav.messages import CandidateCosts, Decision, Status
 from mjnav.metrics.prediction import calibration
-from mjnav.report.decision_figures import CHOSEN, FORBIDDEN, calibration_figure, decision_surface_figure
+from mjnav.report.figures import CHOSEN, FORBIDDEN, calibration_figure, decision_surface_figure
 
 GOAL, CONE, LANE, TOTAL = range(4)
 V, OMEGA = np.linspace(0.0, 1.0, 21), np.linspace(-1.5, 1.5, 31)

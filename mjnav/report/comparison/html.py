@@ -19,8 +19,8 @@ from urllib.parse import quote
 
 from mjnav.printable import printable
 from mjnav.report.comparison.shown import Cell, Column, ShownTable, about, meaning, shown_tables, warnings
+from mjnav.report.document import frame
 from mjnav.report.figure_text import Shown
-from mjnav.report.look.document import frame
 from mjnav.study.compare.cell_rows import CellPlace
 from mjnav.study.compare.study_comparison import Comparison, StudyComparison
 from mjnav.study.compare.worst_seeds import WorstSeed, run_commands, worst_seeds

@@ -16,9 +16,9 @@ from mjnav.errors import InputError, InvalidValue
 from mjnav.log.read.log import Log, open_log
 from mjnav.output_files import output_path, replacement
 from mjnav.printable import printable
+from mjnav.report import document
 from mjnav.report.inspection import Inspection, inspect
-from mjnav.report.look import document
-from mjnav.report.run_page import page_figures, page_parts
+from mjnav.report.run_page import page_parts
 from mjnav.report.run_page.page_parts import ShownRun
 from mjnav.report.run_page.playback import Playback, playback
 
@@ -86,8 +86,8 @@ def page(found: Sequence[tuple[Inspection, Playback]]) -> str:
         "head": own.head(" | ".join(f"{run.said('scene')}, {run.driver}" for run in runs)),
         "headline": _headline(runs),
         "notices": page_parts.notices(runs),
-        "cards": "" if several else page_figures.cards(runs[0].figures),
-        "comparison": page_figures.comparison([(run.heading, run.figures) for run in runs]) if several else "",
+        "cards": "" if several else page_parts.cards(runs[0].figures),
+        "comparison": page_parts.comparison([(run.heading, run.figures) for run in runs]) if several else "",
         "layout": "several" if several else "single",
         "parameters": page_parts.parameters(runs),
         "predictions": _hidden(any("ways" in one.fields for one in played)),

@@ -14,8 +14,16 @@ from mjnav.log.read.log import Log
 from mjnav.messages import PHASES, Array
 from mjnav.metrics.safety import clearance
 from mjnav.report.inspection import shown_people
-from mjnav.report.run_page.layers import NONE, STEP, cone_bins, pack_consistency, pack_lidar, pack_plans, pack_ways
-from mjnav.report.run_page.packed import Packer
+from mjnav.report.run_page.layers import (
+    NONE,
+    STEP,
+    Packer,
+    cone_bins,
+    pack_consistency,
+    pack_lidar,
+    pack_plans,
+    pack_ways,
+)
 from mjnav.report.run_page.run_frames import TRACK_PARTICLES, PageEvent, RunFrames
 from mjnav.scene.bodies import KnownBodies
 from mjnav.scene.spec import Scenario, Table

@@ -12,8 +12,7 @@ from mjnav.log import open_log
 from mjnav.log.encode.plan import SUFFIX
 from mjnav.loop.prepare import load_scenario
 from mjnav.metrics.consistency import DEPLETED
-from mjnav.report.run_page.layers import CONE_BINS, cone_bins
-from mjnav.report.run_page.packed import Packer
+from mjnav.report.run_page.layers import CONE_BINS, Packer, cone_bins
 from mjnav.report.run_page.playback import playback
 from mjnav.report.run_page.run_frames import MAX_FREE, POINTS, candidate_ranks
 

@@ -14,7 +14,7 @@ from mjnav.loop.prepare import load_scenario
 from mjnav.messages import Event
 from mjnav.report.inspection import inspect
 from mjnav.report.run_page.page import page
-from mjnav.report.run_page.page_figures import flatten, shown
+from mjnav.report.run_page.page_parts import flatten, shown
 from mjnav.report.run_page.playback import playback
 from tests.log.conftest import MadeUpRun, make_scenario
 from tests.report.parsed_page import ParsedPage

@@ -1,6 +1,6 @@
 'use strict';
 
-/** The arrays of a run: the inverse of mjnav/report/run_page/packed.py. Each row of an array is one frame. */
+/** The arrays of a run: the inverse of mjnav/report/run_page/layers.py. Each row of an array is one frame. */
 class Table {
   /** @param {ArrayLike<number>} values row after row  @param {number[]} shape frames first */
   constructor(values, shape) {

@@ -58,8 +58,8 @@ def frame(
     generator: str, package: str, styles: Sequence[str], scripts: Sequence[str] = (), *, beside: bool = False
 ) -> Frame:
     """The frame of a page; its styles and scripts lie in `package`. `beside`: it shows pictures beside its file."""
-    own = asset("mjnav.report.look", "look.css") + "".join(asset(package, name) for name in styles)
-    code = (asset("mjnav.report.look", "definitions.js"), *(asset(package, name) for name in scripts))
+    own = asset("mjnav.report", "look/look.css") + "".join(asset(package, name) for name in styles)
+    code = (asset("mjnav.report", "look/definitions.js"), *(asset(package, name) for name in scripts))
     images = "'self' file: data:" if beside else "data:"
     return Frame(generator, _flush(own), tuple(map(_flush, code)), images)
 
