@@ -17,7 +17,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from mjnav.errors import InputError
-from mjnav.log.export.table_files import neutral
+from mjnav.log.export.export import neutral
 from mjnav.output_files import replacement
 from mjnav.paper import ITEMS, load
 from mjnav.paper.claims import LEAST_PAIRS, LEAST_RUNS, Finding, Verdict

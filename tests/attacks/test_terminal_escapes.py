@@ -13,7 +13,7 @@ import pytest
 from mcap.writer import Writer
 
 import mjnav
-from mjnav.log.export.table_files import neutral
+from mjnav.log.export.export import neutral
 from mjnav.printable import printable
 from mjnav.scene import dumps, load
 

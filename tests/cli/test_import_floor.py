@@ -3,7 +3,7 @@
 import json
 
 from mjnav.scene import load
-from tests.scene.test_world_file import collision, cylinder, link, model, pose, world
+from tests.scene.test_floor_import import collision, cylinder, link, model, pose, world
 
 ROW = [model(pose(f"{x} 0.8 0.5 0 0 0") + link(collision(cylinder())), f"c{x}") for x in range(5)]
 MESH = model(link(collision("<mesh/>")), "chair")

@@ -11,7 +11,7 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from mjnav.log.export.table_files import neutral
+from mjnav.log.export.export import neutral
 from mjnav.printable import printable
 from mjnav.report.comparison.shown import ShownTable, about, meaning, shown_tables, warnings
 from mjnav.report.figure_text import ALPHA, NEVER, Shown, unit

@@ -8,8 +8,8 @@ import pytest
 from mjnav.errors import InvalidValue
 from mjnav.geometry.floor import Floor
 from mjnav.scene.bodies import Box, Wall, wall_box
+from mjnav.scene.floor_import import THICK, box_walls, read_world
 from mjnav.scene.load import load
-from mjnav.scene.world_file import THICK, box_walls, read_world
 
 WAY = {"robot.start": [0.0, 0.0, 0.0], "robot.goal": [4.0, 0.0]}
 
