@@ -171,16 +171,6 @@ class PathScores:
     nearest: Array  # (H,) [m] |x_m - y| of the sample m of the min ADE
 
     @property
-    def ade(self) -> float:
-        """The mean error over the predicted times [m]."""
-        return float(self.error.mean())
-
-    @property
-    def fde(self) -> float:
-        """The error at the last predicted time [m]."""
-        return float(self.error[-1])
-
-    @property
     def min_ade(self) -> float:
         """The least mean error of one sample [m]."""
         return float(self.nearest.mean())
@@ -196,11 +186,6 @@ def path_scores(paths: Array, observed: Array, levels: tuple[float, ...] = LEVEL
     energy, inside = np.empty(steps), np.empty((steps, len(levels)))
     _score(energy, inside, paths, observed, np.array(levels), ceil(sqrt(num)))
     return PathScores(np.hypot(*(paths.mean(axis=0) - observed).T), energy, inside, distance[best])
-
-
-def energy_score(samples: Array, observed: Array) -> float:
-    """Of samples (M, 2) where (2,) was observed."""
-    return float(path_scores(np.asarray(samples, float)[:, None], np.asarray(observed, float)[None]).energy[0])
 
 
 @kernel

@@ -13,7 +13,7 @@ import json
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from math import ceil
 from pathlib import Path
@@ -33,7 +33,7 @@ from mjnav.study.compare.cell_rows import WIN_BY, CellRows, cell_rows, columns_f
 from mjnav.study.compare.study_comparison import NEEDED, Comparison, StudyComparison, compare, rows_of
 from mjnav.study.compare.worst_seeds import run_commands, worst_seeds
 from mjnav.study.store import Store, parquet, schema
-from mjnav.study.study_file import MethodEntry, Overrides, SeedRange, SettingEntry, StudyFile
+from mjnav.study.study_file import MethodEntry, Overrides, StudyFile
 from mjnav.study.sweep.sweep import trials
 from mjnav.study.trial import Trial
 
@@ -50,29 +50,20 @@ FIGURES = (
 COLUMNS = tuple(dict.fromkeys((*NEEDED, "outcome", *columns_for(FIGURES))))
 
 
-@dataclass(frozen=True, slots=True)
-class Suite:
-    """Scenes under settings and seeds."""
+@dataclass(frozen=True, kw_only=True)
+class Suite(StudyFile):
+    """A study without methods of its own."""
 
-    name: str
+    schema: Annotated[int, Range(1, 1)] = 1
+    methods: Annotated[tuple[MethodEntry, ...], Length(0, 0)] = ()
     version: Annotated[int, Range(1, 1000), "rows of another one are not compared"]
-    description: str
-    scenes: Annotated[tuple[str, ...], Length(1, 100)]
-    seeds: SeedRange
-    set: Overrides = field(default_factory=dict)
-    settings: tuple[SettingEntry, ...] = ()
-    source: str = field(default="", compare=False)  # the file it came from
-
-    def __post_init__(self):
-        settle(self)
 
     def study(self, methods: Sequence[MethodEntry]) -> StudyFile:
         """The study of these methods in the suite."""
-        return StudyFile(
-            schema=1, name=f"{BENCH} {self.name}", scenes=self.scenes, methods=tuple(methods), seeds=self.seeds,
-            description=self.description, set=self.set, settings=self.settings, source=self.source,
-        )  # fmt: skip
+        own = {key.name: getattr(self, key.name) for key in fields(StudyFile)}
+        return StudyFile(**{**own, "name": f"{BENCH} {self.name}", "methods": tuple(methods)})
 
+    @cached_property
     def digest(self) -> str:
         """Of its worlds as they resolve now, with every default."""
         cells = resolve(self.study([MethodEntry("mean")]))
@@ -170,7 +161,7 @@ class Reference:
         found = cls(store.rows(COLUMNS).sort_by([(name, "ascending") for name in COLUMNS[:5]]), {})
         whole = [found.rows(name).filter(pa.array(found.complete(name))) for name in found._studies]
         table = pa.concat_tables([found.table.slice(0, 0), *whole])
-        made = {suite.name: {"version": suite.version, "digest": suite.digest()} for suite in bench.suites}
+        made = {suite.name: {"version": suite.version, "digest": suite.digest} for suite in bench.suites}
         facts = provenance(bench.methods[0].controller, ())
         return cls(table, {"suites": made, "revision": revision(), **facts})
 
@@ -188,7 +179,7 @@ class Reference:
             return "there are no reference rows of it"
         if made["version"] != suite.version:
             return f"the reference rows are of version {made['version']}, this is {suite.version}"
-        return None if made["digest"] == suite.digest() else "the reference rows were made in other worlds"
+        return None if made["digest"] == suite.digest else "the reference rows were made in other worlds"
 
     @cached_property
     def _studies(self) -> dict[str, "pyarrow.Table"]:
