@@ -7,24 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from mjnav import messages
 from mjnav.log.read.trajectory import TrajectoryBuilder
 from mjnav.log.write.writer import Recorder
 from mjnav.loop.events import Events
 from mjnav.loop.pacer import Start, Stopwatch
 from mjnav.loop.result import RunSummary
-from mjnav.messages import (
-    Array,
-    Beliefs,
-    ConeDistribution,
-    Decision,
-    Event,
-    Observation,
-    Reading,
-    TickRecord,
-    TickTiming,
-    Trajectory,
-    WorldState,
-)
 from mjnav.robot.navigator import Navigator
 from mjnav.scene.spec import Scenario
 from mjnav.sealed import sealed
@@ -42,7 +30,7 @@ class RunRecord:
         robot: Navigator,
         recorder: Recorder | None,
         *,
-        watch: Callable[[TickRecord], None],
+        watch: Callable[[messages.TickRecord], None],
         cones: bool,
         events: Events,
     ):
@@ -64,7 +52,7 @@ class RunRecord:
         """The number of ticks."""
         return len(self._trajectory)
 
-    def note(self, *events: Event) -> None:
+    def note(self, *events: messages.Event) -> None:
         """Events that belong to the next tick, or to the end of the run where no tick follows."""
         self._events.note(*events)
 
@@ -75,19 +63,19 @@ class RunRecord:
     def add(
         self,
         k: int,
-        truth: WorldState,
-        readings: tuple[Reading, ...],
-        beliefs: Beliefs | None,
-        observation: Observation | None,
-        decision: Decision,
-        command: Array,
+        truth: messages.WorldState,
+        readings: tuple[messages.Reading, ...],
+        beliefs: messages.Beliefs | None,
+        observation: messages.Observation | None,
+        decision: messages.Decision,
+        command: messages.Array,
         *,
-        asked: Observation | None,
+        asked: messages.Observation | None,
     ) -> None:
         """Everything that tick `k` saw and did; `asked` is what the controller saw, if the decision is its own."""
         believed = b"" if beliefs is None else beliefs.robot.mean.tobytes()
         self._hash.update(truth.robot_pose.tobytes() + believed + command.tobytes())
-        record = TickRecord(
+        record = messages.TickRecord(
             tick=k,
             truth=truth,
             reading=readings[-1] if readings else None,
@@ -108,12 +96,14 @@ class RunRecord:
 
     def add_timing(self, k: int, watch: Stopwatch, start: Start) -> None:
         """How long the phases of tick `k` took."""
-        timing = TickTiming(k, watch.phases, start.lateness, start.missed)
+        timing = messages.TickTiming(k, watch.phases, start.lateness, start.missed)
         self._trajectory.add_timing(timing)
         if self._recorder is not None:
             self._recorder.write_timing(timing)
 
-    def finish(self, final: WorldState, state_hash: str, *, go_on: bool = False) -> tuple[Trajectory, str]:
+    def finish(
+        self, final: messages.WorldState, state_hash: str, *, go_on: bool = False
+    ) -> tuple[messages.Trajectory, str]:
         """The trajectory, and the hash of all states, of which `state_hash` is the world's last.
 
         No tick may follow, unless the record is to `go_on`.
@@ -128,15 +118,19 @@ class RunRecord:
         """How many parts of ticks the log could not take in time."""
         return self._recorder.dropped if self._recorder else 0
 
-    def end_log(self, final: WorldState, summary: RunSummary, replay: Scenario | None) -> None:
+    def end_log(self, final: messages.WorldState, summary: RunSummary, replay: Scenario | None) -> None:
         """Writes the log's last state, its last events, the result and the scenario of a replay, if it has its own."""
         if self._recorder is not None:
             events = self._events.at_end(final, str(summary.figures["outcome"]), self.log_dropped)
             self._recorder.finish(final, summary.document(), events, replay)
 
     def _cone(
-        self, seen: Observation | None, beliefs: Beliefs | None, asked: Observation | None, decision: Decision
-    ) -> ConeDistribution | None:
+        self,
+        seen: messages.Observation | None,
+        beliefs: messages.Beliefs | None,
+        asked: messages.Observation | None,
+        decision: messages.Decision,
+    ) -> messages.ConeDistribution | None:
         if beliefs is None or asked is None or seen is None:
             return None
         found = self._robot.controller.closest_cone(asked, decision)
@@ -146,4 +140,4 @@ class RunRecord:
         samples, desired = (sealed(np.asarray(values, float)) for values in (samples, desired))
         discs = self._robot.floor_map.disc_names(seen.robot_pose[:, :2].mean(axis=0))
         names = (*(track.name for track in beliefs.people), *discs)
-        return ConeDistribution(names[obstacle], samples, desired, float((samples <= 0.0).mean()))
+        return messages.ConeDistribution(names[obstacle], samples, desired, float((samples <= 0.0).mean()))

@@ -20,17 +20,7 @@ from mjnav.errors import InvalidValue
 from mjnav.geometry.floor import Floor
 from mjnav.geometry.shortest_way import EXCESS, WayMap
 from mjnav.messages import Array
-from mjnav.scene.bodies import (
-    B,
-    Box,
-    Disc,
-    Pillar,
-    Strip,
-    Table,
-    Wall,
-    met_by_people,
-    met_by_robot,
-)
+from mjnav.scene.bodies import B, Box, Disc, Pillar, Strip, Table, Wall, met_by_people, met_by_robot
 from mjnav.scene.people import REACHED, Walker
 from mjnav.scene.ranges import Point
 from mjnav.scene.spec import Scenario

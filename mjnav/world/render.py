@@ -23,16 +23,7 @@ from mjnav.errors import InputError
 from mjnav.messages import Array, WorldState
 from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import planned_legs
-from mjnav.world.decoration import (
-    draw_detections,
-    draw_fan,
-    draw_plan,
-    draw_route,
-    draw_scan,
-    draw_tracks,
-    draw_trail,
-    draw_ways,
-)
+from mjnav.world import decoration
 from mjnav.world.mujoco_engine import AWAY
 from mjnav.world.scene import compose, scene_points
 
@@ -233,21 +224,21 @@ class Renderer:
         everything = int(mujoco.mjtCatBit.mjCAT_ALL)
         model, data = self._stage.model, self._stage.data
         mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, self._camera, everything, scene)
-        draw_route(scene, self._scenario)
+        decoration.draw_route(scene, self._scenario)
         there = ~np.isnan(state.people_position[:, 0])
-        draw_ways(scene, (way for person, way in self._ways if there[person]))
+        decoration.draw_ways(scene, (way for person, way in self._ways if there[person]))
         if trail is not None:
-            draw_trail(scene, trail)
+            decoration.draw_trail(scene, trail)
         if tracks is not None:
-            draw_tracks(scene, tracks, coasts)
+            decoration.draw_tracks(scene, tracks, coasts)
         if scan is not None:
-            draw_scan(scene, scan, self._scenario.sensors.scanner.height)
+            decoration.draw_scan(scene, scan, self._scenario.sensors.scanner.height)
         if detections is not None:
-            draw_detections(scene, detections)
+            decoration.draw_detections(scene, detections)
         if fan is not None:
-            draw_fan(scene, fan)
+            decoration.draw_fan(scene, fan)
         if plan is not None:
-            draw_plan(scene, plan, self._scenario.robot.radius, feasible=feasible)
+            decoration.draw_plan(scene, plan, self._scenario.robot.radius, feasible=feasible)
         picture = np.empty((rectangle.height, rectangle.width, 3), np.uint8)
         with self._context.as_current():
             mujoco.mjr_render(rectangle, scene, drawing)

@@ -16,18 +16,9 @@ from mcap import records
 from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import DamagedLogError, InputError
+from mjnav.log import log_format
 from mjnav.log.encode.geometry import OLD_FRAMES
 from mjnav.log.encode.protobuf import Schema
-from mjnav.log.log_format import (
-    FRAMES_KEY,
-    RECOVERED,
-    RESULT,
-    RUN,
-    SCENARIO,
-    check_version,
-    epoch_ns,
-    unreadable_topics,
-)
 from mjnav.log.read.records import LostBytes, read_records
 from mjnav.log.read.tables import LogMessage, data_frame, find_table
 from mjnav.log.read.ticks import TICK, TIMING, BadDocument, LoggedRun, TickAssembler
@@ -45,7 +36,7 @@ _FRAMES = ("frame_id", "parent_frame_id", "child_frame_id")
 
 def adapter(run: Mapping[str, str] | None) -> Callable[[Any], None] | None:
     """What changes the messages of a log with this metadata mjnav/run in place; None where they are as they should."""
-    epoch, old = epoch_ns(run), run is not None and FRAMES_KEY not in run
+    epoch, old = log_format.epoch_ns(run), run is not None and log_format.FRAMES_KEY not in run
     if not epoch and not old:
         return None
 
@@ -155,7 +146,7 @@ class Log:
     @property
     def unreadable(self) -> Mapping[str, str]:
         """Topics of an older log that this version does not read, with the reason: `messages` leaves them out."""
-        return {topic: why for topic, why in unreadable_topics(self.run).items() if topic in self.topics}
+        return {topic: why for topic, why in log_format.unreadable_topics(self.run).items() if topic in self.topics}
 
     @property
     def start_ns(self) -> int | None:
@@ -168,7 +159,7 @@ class Log:
         lasts = [topic.last_ns for topic in self.topics.values() if topic.last_ns is not None]
         return None if self.start_ns is None else 1e-9 * (max(lasts) - self.start_ns)
 
-    def scenario(self, attachment: str = SCENARIO) -> Scenario:
+    def scenario(self, attachment: str = log_format.SCENARIO) -> Scenario:
         """The run file that the log carries, or another attachment. Raises InputError where it carries none."""
         if attachment not in self.attachments:
             raise InputError(f"{self.path}: holds no {attachment}; was it written by mjnav?")
@@ -184,7 +175,7 @@ class Log:
 
         Raises DamagedLogError where one cannot be decoded as its topic's schema says.
         """
-        epoch, adapt = epoch_ns(self.run), adapter(self.run)
+        epoch, adapt = log_format.epoch_ns(self.run), adapter(self.run)
         factory = DecoderFactory()  # it remembers schemas by their number in this file
         decoders: dict[int, Callable[[bytes], Any]] = {}
         for schema, channel, message in self._encoded(*(set(topics or self.topics) - set(self.unreadable))):
@@ -316,17 +307,17 @@ def open_log(path: str | os.PathLike[str], *, allow_damage: bool = False) -> Log
                 error = DamagedLogError(f"{path}: damaged: bytes {record.start} to {record.end}: {record.why}")
                 if not allow_damage:
                     raise error
-    run = metadata.get(RUN)
+    run = metadata.get(log_format.RUN)
     if run is not None:
-        check_version(path, run)
+        log_format.check_version(path, run)
     for topic in topics.values():
-        topic.shift(epoch_ns(run))
+        topic.shift(log_format.epoch_ns(run))
     return Log(
         path=path,
         size=path.stat().st_size,
         run=None if run is None else MappingProxyType(run),
-        result=_values(metadata.get(RESULT)),
-        recovered=_values(metadata.get(RECOVERED)),
+        result=_values(metadata.get(log_format.RESULT)),
+        recovered=_values(metadata.get(log_format.RECOVERED)),
         attachments=MappingProxyType(attachments),
         topics=MappingProxyType(topics),
         truncated=truncated,

@@ -13,37 +13,25 @@ from sys import intern
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav import messages
 from mjnav.geometry.distances import nearest_tracks
-from mjnav.messages import (
-    PHASES,
-    Array,
-    Contact,
-    Decision,
-    RobotBelief,
-    TickRecord,
-    TickTiming,
-    Track,
-    Trajectory,
-    WorldState,
-    triangle,
-)
 
 
 @dataclass(frozen=True, slots=True)
 class Believed:
     """The belief about the robot, n = 3, or about a person, n = 4."""
 
-    mean: Array  # (n,)
-    covariance: Array  # (n, n)
+    mean: messages.Array  # (n,)
+    covariance: messages.Array  # (n, n)
     ess: float  # effective sample size
     particles: float = nan  # how many; NaN where it is not known
     recovered: bool = False  # the filter was spread again
     unseen: float = 0.0  # [s] since the last detection that belongs to it
 
     @classmethod
-    def of(cls, belief: RobotBelief | Track) -> "Believed":
+    def of(cls, belief: messages.RobotBelief | messages.Track) -> "Believed":
         """That of a belief."""
-        unseen = belief.unseen if isinstance(belief, Track) else 0.0
+        unseen = belief.unseen if isinstance(belief, messages.Track) else 0.0
         return cls(belief.mean, belief.covariance, belief.ess, len(belief.weights), belief.recovered, unseen)
 
 
@@ -51,7 +39,7 @@ NO_ESTIMATE = Believed(np.full(3, np.nan), np.full((3, 3), np.nan), np.nan)
 TRUTH = ("time", "robot_pose", "robot_twist", "people_position", "people_velocity")  # one row more than ticks
 
 
-def nominal_control(decision: Decision) -> Array:
+def nominal_control(decision: messages.Decision) -> messages.Array:
     """The nominal (v, omega), (2,); NaN where the method has none."""
     costs = decision.costs
     if costs is None:
@@ -77,7 +65,7 @@ class TrajectoryBuilder:
         self._num_people = 0
         self._places: dict[str, int] = {}  # of a track's person by its name
         self._status: list[str] = []
-        self._contacts: list[Contact] = []
+        self._contacts: list[messages.Contact] = []
         self._timing: array[int] = array("q")
         self._clipped = self._cautious = self._misses = 0  # ticks
         self._recoveries = 0
@@ -86,7 +74,7 @@ class TrajectoryBuilder:
         """The number of ticks so far."""
         return len(self._status)
 
-    def add(self, record: TickRecord) -> None:
+    def add(self, record: messages.TickRecord) -> None:
         """One tick."""
         decision, belief = record.decision, record.belief
         self.add_states(
@@ -104,14 +92,14 @@ class TrajectoryBuilder:
 
     def add_states(
         self,
-        truth: WorldState,
+        truth: messages.WorldState,
         *,
         estimate: Believed | None,
         tracks: Mapping[str, Believed],
         updated: bool,
-        command: Array,
-        decision: Array,
-        nominal: Array,
+        command: messages.Array,
+        decision: messages.Array,
+        nominal: messages.Array,
         status: str,
         clipped: bool,
         cautious: bool,
@@ -128,11 +116,11 @@ class TrajectoryBuilder:
             means[person], covariances[person], ess[person] = track.mean, track.covariance, track.ess
         self._add(
             estimate=robot.mean,
-            estimate_triangle=triangle(robot.covariance),
+            estimate_triangle=messages.triangle(robot.covariance),
             robot_ess=robot.ess,
             robot_particles=robot.particles,
             tracks=means,
-            track_triangle=triangle(covariances),
+            track_triangle=messages.triangle(covariances),
             people_ess=ess,
             command=command,
             decision=decision,
@@ -145,7 +133,7 @@ class TrajectoryBuilder:
         self._clipped += clipped
         self._cautious += cautious
 
-    def _by_person(self, tracks: Mapping[str, Believed], truth: WorldState) -> dict[int, Believed]:
+    def _by_person(self, tracks: Mapping[str, Believed], truth: messages.WorldState) -> dict[int, Believed]:
         """Each person's track; those without a name become rows of `track_states`."""
         found: dict[int, Believed] = {}
         unnamed: list[Believed] = []
@@ -157,12 +145,12 @@ class TrajectoryBuilder:
                 self._add(track_states=(len(self), number, *track.mean, track.unseen))
         return found | nearest_tracks(truth.people_position, unnamed) if unnamed else found
 
-    def add_timing(self, timing: TickTiming) -> None:
+    def add_timing(self, timing: messages.TickTiming) -> None:
         """The timing of one tick; it may be missing for some."""
         self._timing.extend((timing.tick, *timing.phases, timing.lateness))
         self._misses += timing.deadline_missed
 
-    def finish(self, final: WorldState) -> Trajectory:
+    def finish(self, final: messages.WorldState) -> messages.Trajectory:
         """All ticks, and the state in which the run ended."""
         self._add_truth(final)
         p = self._num_people
@@ -181,12 +169,12 @@ class TrajectoryBuilder:
             name: np.frombuffer(self._rows.get(name, b"")).reshape(ticks + (name in TRUTH), *shape)
             for name, shape in shapes.items()
         }
-        return Trajectory(
+        return messages.Trajectory(
             **columns,
             track_states=np.frombuffer(self._rows.get("track_states", b"")).reshape(-1, 7),
             status=tuple(self._status),
             contacts=(*self._contacts, *final.contacts),
-            timing=np.frombuffer(self._timing, np.int64).reshape(-1, len(PHASES) + 2),
+            timing=np.frombuffer(self._timing, np.int64).reshape(-1, len(messages.PHASES) + 2),
             deadline_misses=self._misses,
             clipped_ticks=self._clipped,
             cautious_ticks=self._cautious,
@@ -194,7 +182,7 @@ class TrajectoryBuilder:
             people_radius=np.frombuffer(self._rows["people_radius"]).reshape(-1, p) if told else None,
         )
 
-    def _add_truth(self, truth: WorldState) -> None:
+    def _add_truth(self, truth: messages.WorldState) -> None:
         if not self._rows:
             self._num_people = len(truth.people_position)
             self._places = {f"person{i}": i for i in range(self._num_people)}

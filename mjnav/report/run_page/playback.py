@@ -14,16 +14,7 @@ from mjnav.log.read.log import Log
 from mjnav.messages import PHASES, Array
 from mjnav.metrics.safety import clearance
 from mjnav.report.inspection import shown_people
-from mjnav.report.run_page.layers import (
-    NONE,
-    STEP,
-    Packer,
-    cone_bins,
-    pack_consistency,
-    pack_lidar,
-    pack_plans,
-    pack_ways,
-)
+from mjnav.report.run_page import layers
 from mjnav.report.run_page.run_frames import TRACK_PARTICLES, PageEvent, RunFrames
 from mjnav.scene.bodies import KnownBodies
 from mjnav.scene.spec import Scenario, Table
@@ -86,12 +77,12 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
     kept = np.unique([*range(0, last, stride), *wanted, max(last - 1, 0), last])
     frames = RunFrames(log, run.ticks[kept].tolist())
     people, tracks = frames.names("person"), frames.names("track")
-    packer = Packer()
+    packer = layers.Packer()
     _pack_states(packer, frames, people, tracks)
-    pack_consistency(packer, run.trajectory, scenario, kept, frames.array("people ess"))
+    layers.pack_consistency(packer, run.trajectory, scenario, kept, frames.array("people ess"))
     known = len(scenario.people) == run.trajectory.people_position.shape[1]
     bodies = _pack_clearance(packer, clearance(run.trajectory, scenario) if known else {}, kept)
-    plan = pack_plans(packer, frames.plans, len(frames))
+    plan = layers.pack_plans(packer, frames.plans, len(frames))
     return Playback(
         scene={**_scene_outline(scenario), "own_ways": _own_ways(frames)},
         people=people,
@@ -126,21 +117,21 @@ def _stacked(parts: list[Array], length: int, *shape: int) -> Array:
     return np.stack(parts, axis=1) if parts else np.empty((length, 0, *shape))
 
 
-def _pack_states(packer: Packer, frames: RunFrames, people: list[str], tracks: list[str]) -> None:
+def _pack_states(packer: layers.Packer, frames: RunFrames, people: list[str], tracks: list[str]) -> None:
     size = len(frames)
     packer.numbers("time", frames.array("time"))
     for name in ("pose", "estimate"):
-        packer.measured(name, _unwrapped(frames.array(name, 3)), STEP)
-    packer.measured("ellipse", frames.array("ellipse", 3), STEP)
+        packer.measured(name, _unwrapped(frames.array(name, 3)), layers.STEP)
+    packer.measured("ellipse", frames.array("ellipse", 3), layers.STEP)
     for name in ("twist", "command", "decision", "nominal"):
-        packer.measured(name, frames.array(name, 2), STEP)
+        packer.measured(name, frames.array(name, 2), layers.STEP)
     packer.numbers("cost", frames.array("cost", 4).astype(np.float32))
-    packer.measured("phases", frames.array("phases", len(PHASES)), STEP)
-    packer.measured("lateness", frames.array("lateness"), STEP)
-    packer.measured("people", _stacked([frames.array(f"person {name}", 2) for name in people], size, 2), STEP)
+    packer.measured("phases", frames.array("phases", len(PHASES)), layers.STEP)
+    packer.measured("lateness", frames.array("lateness"), layers.STEP)
+    packer.measured("people", _stacked([frames.array(f"person {name}", 2) for name in people], size, 2), layers.STEP)
     believed = _stacked([frames.array(f"track {name}", 5) for name in tracks], size, 5)
-    packer.measured("tracks", believed, STEP)
-    pack_ways(packer, frames.ways, tracks, believed[..., :2])
+    packer.measured("tracks", believed, layers.STEP)
+    layers.pack_ways(packer, frames.ways, tracks, believed[..., :2])
     packer.offsets("robot_particles", frames.array("robot particles", 0, 2), PARTICLE)
     particles = [frames.array(f"particles {name}", TRACK_PARTICLES, 2) for name in tracks]
     packer.offsets("track_particles", _stacked(particles, size, TRACK_PARTICLES, 2), PARTICLE)
@@ -154,50 +145,52 @@ def _unwrapped(pose: Array) -> Array:
     return pose
 
 
-def _pack_clearance(packer: Packer, distances: Mapping[str, Array], kept: NDArray[np.int64]) -> list[str]:
+def _pack_clearance(packer: layers.Packer, distances: Mapping[str, Array], kept: NDArray[np.int64]) -> list[str]:
     """The least clearance from each frame on until the next, and the number of the body in the names returned."""
     names = list(distances)
-    least, nearest = np.full(len(kept), np.nan), np.full(len(kept), NONE, np.uint8)
+    least, nearest = np.full(len(kept), np.nan), np.full(len(kept), layers.NONE, np.uint8)
     if names:
         steps = np.stack(list(distances.values()))  # (bodies, T)
         steps = np.where(np.isnan(steps), np.inf, steps)  # of who is not there
         by_frame = np.minimum.reduceat(steps, np.minimum(kept, steps.shape[1] - 1), axis=1)
         least = by_frame.min(axis=0)
-        nearest = np.where(np.isfinite(least), np.minimum(by_frame.argmin(axis=0), NONE), NONE).astype(np.uint8)
+        nearest = np.where(np.isfinite(least), np.minimum(by_frame.argmin(axis=0), layers.NONE), layers.NONE).astype(
+            np.uint8
+        )
         least[~np.isfinite(least)] = np.nan
-    packer.measured("clearance", least, STEP)
+    packer.measured("clearance", least, layers.STEP)
     packer.numbers("nearest", nearest)
     return names
 
 
-def _pack_status(packer: Packer, frames: RunFrames) -> list[str]:
+def _pack_status(packer: layers.Packer, frames: RunFrames) -> list[str]:
     """The names that the codes stand for; the last frame of a run that ended has none.
 
     Nor has one whose status is beyond those that a byte can number.
     """
     names = sorted(set(frames.statuses.values()))
-    codes = np.full(len(frames), NONE, np.uint8)
+    codes = np.full(len(frames), layers.NONE, np.uint8)
     for frame, status in frames.statuses.items():
-        codes[frame] = min(names.index(status), NONE)
+        codes[frame] = min(names.index(status), layers.NONE)
     packer.numbers("status", codes)
     return names
 
 
-def _pack_cones(packer: Packer, frames: RunFrames) -> dict[str, Any] | None:
-    bins = cone_bins(frames.cones, len(frames))
+def _pack_cones(packer: layers.Packer, frames: RunFrames) -> dict[str, Any] | None:
+    bins = layers.cone_bins(frames.cones, len(frames))
     if bins is None:
         return None
     names = sorted(set(frames.cone_obstacles.values()))
-    codes = np.full(len(frames), NONE, np.uint8)
+    codes = np.full(len(frames), layers.NONE, np.uint8)
     for frame, name in frames.cone_obstacles.items():
-        codes[frame] = min(names.index(name), NONE)
+        codes[frame] = min(names.index(name), layers.NONE)
     packer.numbers("cone_obstacle", codes)
     packer.numbers("cone", bins.shares)
-    packer.measured("safe_share", frames.array("safe share"), STEP)
+    packer.measured("safe_share", frames.array("safe share"), layers.STEP)
     return {"low": bins.low, "width": bins.width, "bins": bins.shares.shape[2], "obstacles": names}
 
 
-def _pack_candidates(packer: Packer, frames: RunFrames) -> dict[str, Any] | None:
+def _pack_candidates(packer: layers.Packer, frames: RunFrames) -> dict[str, Any] | None:
     """The grid's shape, or None in its place where candidates lie freely; nothing where there are none at all.
 
     A tick that is not as most are is left out.
@@ -208,25 +201,27 @@ def _pack_candidates(packer: Packer, frames: RunFrames) -> dict[str, Any] | None
     shown = {frame: ranks for frame, ranks in frames.candidates.items() if (ranks.free is not None) == free}
     number = max(ranks.level.size for ranks in shown.values())
     window = np.full((len(frames), 4), np.nan)
-    level = np.full((len(frames), number), NONE, np.uint8)
+    level = np.full((len(frames), number), layers.NONE, np.uint8)
     places = np.zeros((len(frames), number if free else 0, 2), np.uint8)
     for frame, ranks in shown.items():
         window[frame] = ranks.window
         level[frame, : ranks.level.size] = ranks.level
         if ranks.free is not None:
             places[frame, : len(ranks.free)] = ranks.free
-    packer.measured("window", window, STEP)
+    packer.measured("window", window, layers.STEP)
     packer.numbers("level", level)
     packer.numbers("places", places)
     return {"grid": None if free else list(frames.grid)}
 
 
-def _pack_lidar(packer: Packer, frames: RunFrames, scenario: Scenario, tracks: list[str]) -> dict[str, Any] | None:
+def _pack_lidar(
+    packer: layers.Packer, frames: RunFrames, scenario: Scenario, tracks: list[str]
+) -> dict[str, Any] | None:
     """With the map that the robot has, where that is not the world's own."""
     if not frames.by_scans:
         return None
     known = None if scenario.estimation.map is None else _bodies(scenario.known_bodies)
-    return {**pack_lidar(packer, frames, scenario, tracks), "map": known}
+    return {**layers.pack_lidar(packer, frames, scenario, tracks), "map": known}
 
 
 # ----------------------------------------------------------------------------- the scene and its keys

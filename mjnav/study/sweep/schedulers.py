@@ -35,16 +35,7 @@ from types import MappingProxyType, ModuleType
 from typing import Any, TypeVar
 
 from mjnav.errors import InvalidValue, MjnavError, missing_extra, said
-from mjnav.loop.supervision import (
-    END_TIMEOUT,
-    MAX_SECONDS,
-    STALL,
-    Heartbeat,
-    TimeUp,
-    describe_end,
-    describe_fault,
-    supervised,
-)
+from mjnav.loop import supervision
 from mjnav.study.keep import LogFault
 from mjnav.study.store import Row
 from mjnav.study.trial import Trial, failed_row, run_trial
@@ -75,7 +66,7 @@ class TimeLimit:
     """
 
     name: Callable[[Any], str]
-    seconds: float = MAX_SECONDS
+    seconds: float = supervision.MAX_SECONDS
     tell: Callable[[str], None] = lambda text: None
 
 
@@ -178,7 +169,7 @@ class _Worker:
         code, died = self._process.exitcode, "the worker died" + (f", {times} times" if times > 1 else "")
         if code is None:
             return False, f"{died}: its pipe broke"
-        return -code in KILLS, describe_end(died, code, self._words, self._limit.seconds)
+        return -code in KILLS, supervision.describe_end(died, code, self._words, self._limit.seconds)
 
     def end(self) -> None:
         """Ends it at once."""
@@ -210,7 +201,7 @@ def _serve(function: Callable[..., Any], pipe: Connection, words: str, seconds: 
         except EOFError:
             return
         try:
-            with supervised(seconds, pipe.send, descriptor) as heart:
+            with supervision.supervised(seconds, pipe.send, descriptor) as heart:
                 answer = False, function(task, heart)
         except BaseException as error:  # of a plug-in
             answer = True, _sendable(error)
@@ -269,9 +260,9 @@ def run_in_thread(trial: Trial, max_seconds: float) -> Row:
 
 
 @contextmanager
-def _watched(trial: Trial, max_seconds: float) -> Iterator[Heartbeat]:
+def _watched(trial: Trial, max_seconds: float) -> Iterator[supervision.Heartbeat]:
     """A heartbeat for a run of the trial on this thread; a second thread watches it meanwhile."""
-    heart, done = Heartbeat(max_seconds), threading.Event()
+    heart, done = supervision.Heartbeat(max_seconds), threading.Event()
     watch = threading.Thread(target=_watch, args=(trial.label, heart, threading.get_ident(), done), daemon=True)
     watch.start()
     try:
@@ -280,16 +271,16 @@ def _watched(trial: Trial, max_seconds: float) -> Iterator[Heartbeat]:
         done.set()
 
 
-def _watch(name: str, heart: Heartbeat, thread: int, done: threading.Event) -> None:
+def _watch(name: str, heart: supervision.Heartbeat, thread: int, done: threading.Event) -> None:
     log, told = logging.getLogger("distributed.worker"), False
     while not done.wait(_POLL):
-        if heart.quiet >= STALL and not told:
+        if heart.quiet >= supervision.STALL and not told:
             told = True
             log.warning("%s has made no progress for %.0f s", name, heart.quiet)
         if heart.hangs:
             log.error("%s: %s", name, heart.end(sys._current_frames().get(thread)))
-            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(TimeUp))
-            if not done.wait(END_TIMEOUT):
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(supervision.TimeUp))
+            if not done.wait(supervision.END_TIMEOUT):
                 os._exit(1)
 
 
@@ -304,7 +295,9 @@ LEAST_WINDOW = 32  # trials submitted without any worker: an adaptive cluster gr
 DIED = "the worker died"
 
 
-def local(workers: int, max_seconds: float = MAX_SECONDS, tell: Callable[[str], None] = lambda text: None) -> Scheduler:
+def local(
+    workers: int, max_seconds: float = supervision.MAX_SECONDS, tell: Callable[[str], None] = lambda text: None
+) -> Scheduler:
     """In processes of this machine. `tell` gets a line about an episode that makes no progress."""
     limit = TimeLimit(lambda trial: trial.label, max_seconds, tell)
 
@@ -315,7 +308,7 @@ def local(workers: int, max_seconds: float = MAX_SECONDS, tell: Callable[[str], 
     return run
 
 
-def dask(address: str, max_seconds: float = MAX_SECONDS, *, patience: float = PATIENCE) -> Scheduler:
+def dask(address: str, max_seconds: float = supervision.MAX_SECONDS, *, patience: float = PATIENCE) -> Scheduler:
     """On the workers of the Dask scheduler at `address`; the trials of a worker that dies are given to others.
 
     Raises InputError where nothing answers at the address or distributed is not installed. The generator raises
@@ -364,7 +357,7 @@ def _row(future: Any, trial: Trial) -> Row:
     error = future.exception()
     if isinstance(error, LogFault):
         raise error
-    return failed_row(trial, DIED if isinstance(error, KilledWorker) else describe_fault(error))
+    return failed_row(trial, DIED if isinstance(error, KilledWorker) else supervision.describe_fault(error))
 
 
 def _connect(address: str) -> Any:
