@@ -5,14 +5,15 @@ import json
 from typing import TYPE_CHECKING
 
 from mjnav.cli import options
-from mjnav.cli.compare import OUTPUTS, write_outputs
+from mjnav.cli.compare import OUTPUTS, PARETO, output_paths, write_outputs
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.sweep import run
 from mjnav.cli.terminal import print_drawn, print_table, tell
-from mjnav.errors import InputError, InvalidValue
+from mjnav.errors import InputError, InvalidValue, unknown_name
 from mjnav.loop.prepare import OUT_FOLDER
-from mjnav.output_files import output_path, replacement
+from mjnav.output_files import replacement
 from mjnav.scene.overrides import overrides_of
+from mjnav.study.compare.cell_rows import is_cost
 from mjnav.study.compare.study_comparison import StudyComparison
 from mjnav.study.study_file import MethodEntry
 
@@ -46,16 +47,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
     options.sweep(parser)
     parser.add_argument("--folder", metavar="FOLDER", help="where rows go; runs/out/bench by default")
     parser.add_argument("-o", "--output", action="append", metavar="FILE", help=f"also to a file: {' '.join(OUTPUTS)}")
+    parser.add_argument("--pareto", metavar="COST", help=PARETO)
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Runs what is missing, prints the table over all suites, and writes the files."""
     from mjnav.report.comparison.documents import document
-    from mjnav.study.bench import BENCH, Bench, Reference, comparison, share_of, weakest
+    from mjnav.study.bench import BENCH, FIGURES, Bench, Reference, comparison, share_of, weakest
     from mjnav.study.store import Store
 
-    outputs = [output_path("--output", given, *OUTPUTS) for given in arguments.output or ()]
+    outputs = output_paths(arguments)
+    if arguments.pareto not in (None, *FIGURES):
+        raise unknown_name("--pareto", arguments.pareto, [figure for figure in FIGURES if is_cost(figure)])
     share = (QUICK if arguments.quick else 1.0) if arguments.share is None else arguments.share
     if not 0.0 < share <= 1.0:
         raise InvalidValue("--share", arguments.share, "a number above 0, up to 1")
@@ -89,7 +93,7 @@ def execute(arguments: argparse.Namespace) -> int:
     results = comparison(bench, reference, store, methods)
     if not results.tables:
         raise InputError("there are no rows: name a method, or make the reference with --reference")
-    write_outputs(outputs, results, None)
+    write_outputs(outputs, results, None, arguments.pareto)
     if arguments.json:
         print(json.dumps(document(results)))
     else:

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from mjnav.cli import options
 from mjnav.cli.terminal import print_drawn, print_table, tell
-from mjnav.errors import InputError
+from mjnav.errors import InputError, InvalidValue
 from mjnav.metrics.summary import GROUPS
 from mjnav.output_files import output_path, replacement
 from mjnav.study import requirements
 from mjnav.study.cells import Labels
-from mjnav.study.compare.cell_rows import DEFAULT_FIGURES, SETS, WIN_BY
+from mjnav.study.compare.cell_rows import DEFAULT_FIGURES, SETS, WIN_BY, check_figures, is_cost
 from mjnav.study.compare.estimates import Estimate
 from mjnav.study.compare.ranking import RULE, RankedSetting, rank
 from mjnav.study.results import find_results, kept_study
@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from mjnav.study.compare.study_comparison import StudyComparison
 
 
-OUTPUTS = (".csv", ".tex", ".html", ".htm", ".svg", ".pdf", ".png")  # the last three are forest plots
+PICTURES = (".svg", ".pdf", ".png")
+OUTPUTS = (".csv", ".tex", ".html", ".htm", *PICTURES)
+PARETO = "pictures show success over the ratio of this cost, such as control_cost, in place of intervals of success"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -56,6 +58,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--ratios", action="store_true", help="below costs, ratios to the reference's in place of differences"
     )
     parser.add_argument("-o", "--output", action="append", metavar="FILE", help=f"also to a file: {' '.join(OUTPUTS)}")
+    parser.add_argument("--pareto", metavar="COST", help=PARETO)
     parser.add_argument(
         "--rank",
         action="store_true",
@@ -67,7 +70,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 OPTIONS = {"figure": "--figure", "reference": "--reference", "win_by": "--win-by"}
 # Options that only some of a command's three forms take.
-OF_METHODS = ("reference", "pool", "pool_all", "rivals", "ratios", "win_by", "output")
+OF_METHODS = ("reference", "pool", "pool_all", "rivals", "ratios", "win_by", "output", "pareto")
 OF_TABLES = ("after", *OF_METHODS, "figure", "require")
 
 
@@ -96,7 +99,7 @@ def _methods(arguments: argparse.Namespace) -> int:
     from mjnav.study.compare.study_comparison import compare_study
     from mjnav.study.compare.worst_seeds import run_commands, worst_seeds
 
-    outputs = [output_path("--output", given, *OUTPUTS) for given in arguments.output or ()]
+    outputs = output_paths(arguments)
     store, study = _results(arguments.study)
     required = options.required(arguments)
     with options.named(**OPTIONS):
@@ -104,7 +107,11 @@ def _methods(arguments: argparse.Namespace) -> int:
             store,
             study,
             reference=arguments.reference,
-            figures=[*(arguments.figure or DEFAULT_FIGURES), *requirements.figures_for(required)],
+            figures=[
+                *(arguments.figure or DEFAULT_FIGURES),
+                *requirements.figures_for(required),
+                *filter(None, [arguments.pareto]),
+            ],
             pool=arguments.pool,
             pool_all=arguments.pool_all,
             win_by=arguments.win_by or WIN_BY,
@@ -118,7 +125,7 @@ def _methods(arguments: argparse.Namespace) -> int:
         text.write_worst(results, worst_seeds(store, results.study), commands, console)
 
     answers = requirements.of_cells(required, requirements.of_study(results))
-    write_outputs(outputs, results, study)
+    write_outputs(outputs, results, study, arguments.pareto)
     code = _print(arguments, lambda: document(results), draw, answers)
     if not arguments.json:
         for path in outputs:
@@ -126,18 +133,32 @@ def _methods(arguments: argparse.Namespace) -> int:
     return code
 
 
-def write_outputs(outputs: Sequence[Path], results: "StudyComparison", study: StudyFile | None) -> None:
-    """Each file in the form that its name ends in."""
+def output_paths(arguments: argparse.Namespace) -> list[Path]:
+    """Of `--output`. Raises InputError for a name of no form, and where `--pareto` has no cost or no picture."""
+    outputs = [output_path("--output", given, *OUTPUTS) for given in arguments.output or ()]
+    if arguments.pareto is not None:
+        check_figures([arguments.pareto])
+        if not is_cost(arguments.pareto):
+            raise InvalidValue("--pareto", arguments.pareto, "a cost: a figure of which less is better")
+        if not any(path.suffix.lower() in PICTURES for path in outputs):
+            raise InputError(f"--pareto is for pictures: -o FILE with {', '.join(PICTURES)}")
+    return outputs
+
+
+def write_outputs(
+    outputs: Sequence[Path], results: "StudyComparison", study: StudyFile | None, cost: str | None = None
+) -> None:
+    """Each file in the form that its name ends in; pictures are over `cost` where it is given."""
     from mjnav.loop.provenance import revision
     from mjnav.report.comparison.documents import csv_text, latex
+    from mjnav.report.comparison.forest import forest, pareto
     from mjnav.report.comparison.html import html
-    from mjnav.report.figures import forest
 
     for path in outputs:
         with replacement(path) as partial:
             match path.suffix.lower():
                 case ".svg" | ".pdf" | ".png":
-                    forest(results).savefig(partial)
+                    (forest(results) if cost is None else pareto(results, cost)).savefig(partial)
                 case ".csv":
                     partial.write_text(csv_text(results), encoding="utf-8")
                 case ".tex":

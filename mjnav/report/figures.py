@@ -1,10 +1,9 @@
-"""Pictures: the cost of a decision over (v, omega), how far predicted risks can be believed, fitted laws, comparisons.
+"""Pictures: the cost of a decision over (v, omega), how far predicted risks can be believed, fitted laws.
 
 Nothing here touches pyplot, so nothing is shared between figures.
 """
 
 from collections.abc import Mapping, Sequence
-from math import ceil
 from types import MappingProxyType
 from typing import Any
 
@@ -22,8 +21,6 @@ from mjnav.messages import Array
 from mjnav.metrics.prediction import Calibration
 from mjnav.noise.correlated import DistributionFunction
 from mjnav.noise.fit import Fit
-from mjnav.report.comparison.shown import sight
-from mjnav.study.compare.study_comparison import Comparison, StudyComparison
 
 DPI = 120
 EDGE = withStroke(linewidth=4.0, foreground="#00000099")  # by which white shows on grey as well
@@ -182,48 +179,3 @@ def quantile_figure(errors: Array, found: Sequence[Fit], column: str) -> Figure:
     axes.set(xlabel="quantiles of the law", ylabel=f"quantiles of the errors, {column}", title=f"{len(errors)} errors")
     axes.legend()
     return figure
-
-
-# ----------------------------------------------------------------------------------- rates of success
-
-
-ACROSS = 5  # panels in a row
-WIDTH, LABELS, ROW = 1.9, 1.6, 0.19  # [inch] width of a panel and of the methods' names, height of a method's line
-HEAD = 0.65  # [inch] above and below the lines of a panel
-OWN, OTHERS = "#c1440e", "#33475b"  # of the method from which the others differ, and of those
-
-
-def forest(results: StudyComparison) -> Figure:
-    """A Wilson interval a method and table; the method from which the others differ has another colour."""
-    tables = results.tables
-    across = min(len(tables), ACROSS)
-    down = ceil(len(tables) / across)
-    methods = max(len(table.rows) for table in tables)
-    size = LABELS + WIDTH * across, down * (HEAD + ROW * methods)
-    figure = Figure(figsize=size, dpi=110, layout="constrained")
-    panels = figure.subplots(down, across, sharex=True, squeeze=False)
-    for i, axes in enumerate(panels.flat):
-        if i >= len(tables):
-            axes.set_axis_off()
-            continue
-        _panel(axes, tables[i], named=i % across == 0 or len(tables[i].rows) != len(tables[i - 1].rows))
-    figure.supxlabel("goal reached without contact, in time [%], and its 95 % interval", fontsize=8)
-    return figure
-
-
-def _panel(axes, table: Comparison, *, named: bool) -> None:
-    places = range(len(table.rows))
-    for place, row in zip(places, table.rows, strict=True):
-        success = row.figures["success"]
-        colour = OWN if row.method == table.reference else OTHERS
-        if success.interval is not None:
-            axes.plot([100.0 * end for end in success.interval], [place, place], color=colour, linewidth=1.2)
-        axes.plot([100.0 * success.value], [place], "o", markersize=3.5, color=colour)
-    axes.set_yticks(places, [row.label for row in table.rows] if named else [""] * len(table.rows), fontsize=7)
-    axes.set(ylim=(len(table.rows) - 0.5, -0.5), xlim=(0.0, 101.0))
-    axes.tick_params(labelsize=7)
-    axes.grid(axis="x", linewidth=0.4, alpha=0.5)
-    num = max((row.num for row in table.rows), default=0)
-    seen = sight(table.people).replace("people ", "").replace(" the robot", "")
-    about = f"n = {num}" + (f", people {seen}" if seen in ("see", "do not see") else "")
-    axes.set_title(f"{table.scene}\n{about}", fontsize=8)

@@ -70,6 +70,17 @@ def test_files_are_written_by_their_names(mjnav, study, tmp_path):
     assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "t.csv").read_bytes()
 
 
+def test_a_picture_over_a_cost_names_both_methods_and_the_cost(mjnav, study, tmp_path):
+    assert mjnav("compare", "two.toml", "--pareto", "control_cost", "-o", "p.svg").code == 0
+    text = (tmp_path / "p.svg").read_text()
+    assert all(
+        f"<!-- {name} -->" in text for name in ("rkhs", "mean", "control cost, ratio to rkhs over common successes")
+    )
+    no_cost = mjnav("compare", "two.toml", "--pareto", "success", "-o", "p.svg")
+    assert (no_cost.code, "--pareto: found 'success'; allowed: a cost" in no_cost.err) == (2, True)
+    assert "--pareto is for pictures" in mjnav("compare", "two.toml", "--pareto", "control_cost").err
+
+
 def test_a_damaged_shard_is_told_in_a_line(mjnav, study, tmp_path):
     shard = next((tmp_path / "runs/out/two methods").glob("part-*.parquet"))
     shard.write_bytes(shard.read_bytes()[:-1])
