@@ -42,7 +42,6 @@ _GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType(
             "compare": ("mjnav.cli.compare", "compare a study's methods: tables with intervals and differences"),
             "bench": ("mjnav.cli.bench", "put methods beside all shipped ones, in suites that nobody tunes on"),
             "avoidable": ("mjnav.cli.avoidable", "say which collisions and time-outs of runs could have been avoided"),
-            "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
             "predict": ("mjnav.cli.predict", "compare predictions of people with where they went"),
             "paper": ("mjnav.cli.paper", "reproduce the figures of Nair et al. and judge its claims"),
         },

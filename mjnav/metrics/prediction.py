@@ -1,14 +1,4 @@
-"""Quality of predictions: calibration of predicted probabilities, and scores of a person's path predicted by samples.
-
-Forecast i says p_i, and the event then has the frequency q_i: 0 or 1 where it was tried once. In a bin b of forecasts
-of similar p, n_b of n, pred_b is the mean of p_i and obs_b that of q_i (the reliability curve):
-
-    ECE = sum_b (n_b / n) |pred_b - obs_b|        bias = mean(p - q)        Brier = mean(q (1 - p)^2 + (1 - q) p^2)
-
-A forecast that is right on average can have an ECE > 0: where p has errors of its own, those that came out low are too
-low and those that came out high too high. Sources: Naeini, Cooper & Hauskrecht, "Obtaining Well Calibrated
-Probabilities Using Bayesian Binning" (AAAI 2015); Guo et al., "On Calibration of Modern Neural Networks" (ICML 2017);
-Brier, Monthly Weather Review 78 (1950) 1.
+"""Scores of a person's path predicted by samples.
 
 With x_m(t), m = 1 ... M, the samples of a person t seconds ahead and y(t) where the person was,
 
@@ -33,130 +23,9 @@ from dataclasses import dataclass
 from math import ceil, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from mjnav.compile.compiled import Cube, Matrix, Vector, kernel
 from mjnav.messages import Array
-
-# --------------------------------------------------------------------- calibration of probabilities
-
-
-# Narrow where risks are low: that is where a robot wants to be.
-EDGES: tuple[float, ...] = (0.0, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)
-
-COVERED = 0.95  # of the intervals
-
-Interval = tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Bin:
-    """The forecasts with low < p <= high; the first bin holds p = 0 alone. Means are None in an empty bin."""
-
-    low: float
-    high: float
-    count: int
-    predicted: float | None
-    observed: float | None
-    observed_interval: Interval | None
-
-
-@dataclass(frozen=True, slots=True)
-class Calibration:
-    """What n forecasts were worth; a figure is None without forecasts, an interval where all are of one group.
-
-    The same holds of a bin.
-    """
-
-    count: int
-    num_groups: int
-    predicted: float | None  # mean p
-    observed: float | None  # mean q
-    bias: float | None
-    bias_interval: Interval | None
-    ece: float | None
-    ece_interval: Interval | None
-    brier: float | None
-    bins: tuple[Bin, ...]
-
-
-def calibration(
-    predicted: ArrayLike,
-    observed: ArrayLike,
-    groups: ArrayLike,
-    rng: np.random.Generator,
-    *,
-    resamples: int = 10_000,
-) -> Calibration:
-    """Of forecasts p, frequencies q and the group that each is from, (n,) each; p and q lie in [0, 1].
-
-    Intervals are percentile bootstrap intervals that draw whole groups: forecasts of one run resemble one another.
-    """
-    p, q, edge = np.asarray(predicted, float), np.asarray(observed, float), np.array(EDGES)
-    names, group = np.unique(np.asarray(groups), return_inverse=True)
-
-    # Everything follows from three sums a group and bin.
-    cell = group * len(edge) + np.searchsorted(edge, p)
-    sums = np.stack(
-        [np.bincount(cell, weight, minlength=len(names) * len(edge)) for weight in (np.ones_like(p), p, q)]
-    ).reshape(3, len(names), len(edge))
-    total = sums.sum(axis=1)  # (3, B)
-    drawn: Array | None = None
-    if len(names) > 1:
-        drawn = np.empty((3, resamples, len(edge)))
-        block = max(1, 10_000_000 // len(names))  # resamples at a time: 80 MB
-        for first in range(0, resamples, block):
-            rows = slice(first, min(first + block, resamples))
-            times = rng.multinomial(len(names), np.full(len(names), 1.0 / len(names)), size=rows.stop - first)
-            drawn[:, rows] = times @ sums
-    spread = (sums[0] > 0.0).sum(axis=0) > 1  # (B,) of more than one group
-    bins = tuple(
-        _bin(b, edge, total, drawn[:, :, b] if drawn is not None and spread[b] else None) for b in range(len(edge))
-    )
-    if not len(p):
-        return Calibration(0, 0, None, None, None, None, None, None, None, bins)
-    return Calibration(
-        count=len(p),
-        num_groups=len(names),
-        predicted=float(p.mean()),
-        observed=float(q.mean()),
-        bias=float(_bias(total)),
-        bias_interval=None if drawn is None else _interval(_bias(drawn)),
-        ece=float(_ece(total)),
-        ece_interval=None if drawn is None else _interval(_ece(drawn)),
-        brier=float((q * (1.0 - p) ** 2 + (1.0 - q) * p**2).mean()),
-        bins=bins,
-    )
-
-
-def _bias(sums: Array) -> NDArray[np.float64]:
-    count, p, q = sums
-    return (p - q).sum(axis=-1) / count.sum(axis=-1)
-
-
-def _ece(sums: Array) -> NDArray[np.float64]:
-    # (n_b / n) |pred_b - obs_b| is |sum of p - sum of q| / n.
-    count, p, q = sums
-    return np.abs(p - q).sum(axis=-1) / count.sum(axis=-1)
-
-
-def _bin(b: int, edge: Array, total: Array, drawn: Array | None) -> Bin:
-    count, p, q = total[:, b].tolist()
-    interval = None
-    if drawn is not None:
-        there = drawn[0] > 0.0  # a draw of groups may leave a bin empty
-        interval = _interval(drawn[2, there] / drawn[0, there]) if there.any() else None
-    low = float(edge[max(b - 1, 0)])
-    return Bin(low, float(edge[b]), int(count), p / count if count else None, q / count if count else None, interval)
-
-
-def _interval(values: Array) -> Interval:
-    low, high = np.quantile(values, [0.5 - 0.5 * COVERED, 0.5 + 0.5 * COVERED]).tolist()
-    return low, high
-
-
-# ------------------------------------------------------------------------ scores of predicted paths
-
 
 LEVELS = (0.5, 0.9, 0.95)  # of the regions
 

@@ -1,4 +1,4 @@
-"""Pictures: the cost of a decision over (v, omega), how far predicted risks can be believed, fitted laws.
+"""Pictures: the cost of a decision over (v, omega), and fitted laws.
 
 Nothing here touches pyplot, so nothing is shared between figures.
 """
@@ -18,7 +18,6 @@ from matplotlib.ticker import AsinhLocator
 
 from mjnav.control.decision_surface import DecisionSurface
 from mjnav.messages import Array
-from mjnav.metrics.prediction import Calibration
 from mjnav.noise.correlated import DistributionFunction
 from mjnav.noise.fit import Fit
 
@@ -107,56 +106,6 @@ def _norm(values: Array) -> Normalize:
         return Normalize(least, high)
     width = abs(low) if abs(low) >= abs(high) / LOG_SPAN else abs(high) / ZERO_SPAN
     return AsinhNorm(width, least, high)
-
-
-# ---------------------------------------------------------------------------------- reliability curves
-
-PANEL, LEGEND = (4.6, 6.0), 2.0  # [inches]
-TICKS = (0.0, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)
-MARKERS = "osD^v<>Pp*hX"
-ROOT = (lambda share: np.sqrt(np.maximum(share, 0.0)), np.square)  # most risks are small
-
-
-def calibration_figure(calibrations: Mapping[str, Mapping[str, Calibration]], title: str) -> Figure:
-    """What was predicted against what came to be, by method and setting: a panel a setting, a curve a method.
-
-    Below each panel stands how many decisions each bin holds. All shares are drawn by their square root.
-    """
-    settings = list(next(iter(calibrations.values())))
-    figure = Figure(figsize=(PANEL[0] * len(settings) + LEGEND, PANEL[1]), dpi=DPI, layout="constrained")
-    figure.suptitle(title, fontsize=12)
-    grid = figure.subplots(2, len(settings), height_ratios=(3, 1), sharex=True, sharey="row", squeeze=False)
-    labels = [f"{tick:g}" for tick in TICKS]
-    for setting, curve, counts in zip(settings, *grid, strict=True):
-        curve.set_title(setting, fontsize=11)
-        curve.plot([0.0, 1.0], [0.0, 1.0], color="0.6", linestyle="--", linewidth=1.0, zorder=0)
-        for i, (method, by_setting) in enumerate(calibrations.items()):
-            errors = ", ".join("-" if c.ece is None else f"{c.ece:.3f}" for c in by_setting.values())
-            _draw_curve(curve, counts, by_setting[setting], f"{method}\n{errors}", i)
-        curve.set_xscale("function", functions=ROOT)
-        curve.set_yscale("function", functions=ROOT)
-        curve.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0), yticks=TICKS, yticklabels=labels)
-        counts.set(yscale="log", xlabel="predicted share of colliding samples", xticks=TICKS, xticklabels=labels)
-        counts.set(xlim=(0.0, 1.0), ylim=(0.8, None))
-        for axes in (curve, counts):
-            axes.grid(color="0.92", linewidth=0.7)
-            axes.tick_params(labelsize=8)
-            axes.minorticks_off()
-    grid[0, 0].set_ylabel("observed frequency, 95 % interval")
-    grid[1, 0].set_ylabel("decisions")
-    lines = grid[0, 0].get_legend_handles_labels()
-    figure.legend(*lines, title="ECE by panel", loc="outside right upper", fontsize=9, labelspacing=1.0)
-    return figure
-
-
-def _draw_curve(curve: Axes, counts: Axes, calibration: Calibration, label: str, i: int) -> None:
-    bins = [b for b in calibration.bins if b.count]
-    style: Style = {"color": f"C{i % 10}", "marker": MARKERS[i % len(MARKERS)]}
-    x, y = (np.array([getattr(b, key) for b in bins], float) for key in ("predicted", "observed"))
-    low, high = np.array([b.observed_interval or (b.observed, b.observed) for b in bins], float).reshape(-1, 2).T
-    curve.plot(x, y, markersize=5, linewidth=1.2, label=label, clip_on=False, **style)
-    curve.vlines(x, low, high, color=style["color"], linewidth=1.0, alpha=0.6, clip_on=False)
-    counts.plot(x, [b.count for b in bins], markersize=4, linewidth=1.0, **style)
 
 
 # ---------------------------------------------------------------------------------------- fitted laws

@@ -13,7 +13,6 @@ CALLS = """
     run crossing1 --log new/a.mcap
     rate-test crossing1 --log new/a.mcap
     surface crossing1 --at 0 -o new/a.png
-    calibrate crossing1 --seeds 1 -o new/a.png
     render whole.mcap -o new/a.png
     render whole.mcap -o new/a.mp4
     report whole.mcap -o new/a.html

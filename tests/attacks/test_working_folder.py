@@ -24,7 +24,6 @@ COMMANDS = (
     f"run crossing1 {SHORT} --live --port 0 --no-real-time --no-log",
     "rate-test crossing1 --rate 20 --duration 0.5 --stress",
     "surface crossing1 --at 0.1 --grid 5 -o s.png",
-    f"calibrate crossing1 {SHORT} --seeds 1 --draws 5 -o c.png",
     f"sweep tiny.toml {SHORT} --workers 1 -o out-rows",
     "compare out-rows -o x.csv -o x.tex -o x.html",
     "paper --draw --only degree -o out-paper",

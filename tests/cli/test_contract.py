@@ -30,7 +30,6 @@ WORKING = {
     "compare": "two.toml",
     "bench": "--suite dsrnn",
     "avoidable": "a.mcap",
-    "calibrate": f"crossing1 --seeds 1 --draws 20 {QUICK}",
     "predict": f"crossing1 --model constant_velocity {QUICK}",
     "rate-test": f"crossing1 --controller mean --duration 0.1 {QUICK}",
     "import": "crowd walkers.txt --frame-rate 25",
@@ -147,8 +146,6 @@ rate-test hall --duration 0 -> duration: found 0.0; allowed: a number > 0
 rate-test hall --set robot.goal_tolerance=9.0 -> robot.goal: found
 surface crossing1 --at 1 --grid 1 -> --grid: found 1; allowed: a whole number from 2
 surface crossing1 --at 1 -o a.jpg -> --output: found 'a.jpg'; allowed: a file name that ends in .png
-calibrate hall --controller rkhs maen -> did you mean 'mean'?
-calibrate hall --seeds 0 -> --seeds: found 0; allowed: a whole number >= 1
 show HALL -> did you mean 'hall'?
 show rooms --set layuot.seed=7 -> did you mean 'layout'?
 show hall -o two.toml -> two.toml: exists already; choose another name

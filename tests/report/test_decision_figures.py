@@ -7,8 +7,7 @@ from matplotlib.colors import to_rgb
 
 from mjnav.control.decision_surface import DecisionSurface
 from mjnav.messages import CandidateCosts, Decision, Status
-from mjnav.metrics.prediction import calibration
-from mjnav.report.figures import CHOSEN, FORBIDDEN, calibration_figure, decision_surface_figure
+from mjnav.report.figures import CHOSEN, FORBIDDEN, decision_surface_figure
 
 GOAL, CONE, LANE, TOTAL = range(4)
 V, OMEGA = np.linspace(0.0, 1.0, 21), np.linspace(-1.5, 1.5, 31)
@@ -71,23 +70,3 @@ def test_what_is_forbidden_is_grey_and_in_the_legend():
         assert min(np.abs(colour - to_rgb(grey)).max() for colour in right) < 0.05
     assert np.ptp(colour_at(picture, figure.axes[TOTAL], 0.1, 1.0)) > 0.1
     assert np.ptp(colour_at(picture, figure.axes[GOAL], 0.85, -1.0)) > 0.1
-
-
-def test_reliability_has_a_panel_a_setting_and_a_curve_a_method():
-    rng, num = np.random.default_rng(0), 200
-
-    def biased(bias):
-        q = rng.uniform(0.0, 0.8, num)
-        return calibration(q + bias, q, np.arange(num) % 10, rng, resamples=100)
-
-    calibrations = {method: {"direct": biased(0.0), "filtered": biased(0.1)} for method in ("rkhs", "mean", "saa")}
-    figure = calibration_figure(calibrations, "somewhere")
-    curves, counts = figure.axes[:2], figure.axes[2:]
-    assert [axes.get_title() for axes in curves] == ["direct", "filtered"]
-    for setting, curve, count in zip(("direct", "filtered"), curves, counts, strict=True):
-        for method, line, bars in zip(calibrations, curve.get_lines()[1:], count.get_lines(), strict=True):
-            bins = [b for b in calibrations[method][setting].bins if b.count]
-            assert line.get_xydata() == pytest.approx(np.array([(b.predicted, b.observed) for b in bins]))
-            assert bars.get_ydata().tolist() == [b.count for b in bins]
-    (legend,) = figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == [f"{method}\n0.000, 0.100" for method in calibrations]
