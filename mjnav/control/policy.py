@@ -27,7 +27,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
-from math import pi, sqrt
+from math import sqrt
 from types import MappingProxyType
 from typing import Annotated, ClassVar
 
@@ -37,7 +37,7 @@ from numpy.typing import ArrayLike, NDArray
 from mjnav.compile.compiled import Cube, exact
 from mjnav.control.base import status_of
 from mjnav.control.parameters import LoopParameters
-from mjnav.geometry.angles import LEAST, circular_mean
+from mjnav.geometry.angles import circular_mean, rounded
 from mjnav.geometry.distances import segment_distance
 from mjnav.messages import MOST_STANDING, Array, Decision, Observation, ObstacleSamples, RobotLimits
 from mjnav.motion.unicycle import command_bounds
@@ -139,7 +139,7 @@ def _deviations(samples: Cube, x: float, y: float, heading: float, cos: float, s
             dx, dy = samples[p, i, 0] - x, samples[p, i, 1] - y
             errors[p, i, 0], errors[p, i, 1] = cos * dx - sin * dy, sin * dx + cos * dy
             if columns == 3:
-                errors[p, i, 2] = max(pi - (pi - (samples[p, i, 2] - heading)) % (2.0 * pi), LEAST)
+                errors[p, i, 2] = rounded(samples[p, i, 2] - heading)
             for j in range(columns):
                 mean[p, j] += errors[p, i, j]
         for j in range(columns):

@@ -1,6 +1,6 @@
 """Headings in (-pi, pi], the shorter way round from one to another, and their circular mean.
 
-`wrap` takes arrays; `wrapped` takes one heading and is compiled into the kernels that need it.
+`wrap` takes arrays; `wrapped` and `rounded` take one heading and are compiled into the kernels that need them.
 """
 
 from math import pi
@@ -18,9 +18,9 @@ LEAST = float(np.nextafter(-np.pi, 0.0))  # [rad], the first above -pi
 def wrap(angle: ArrayLike) -> Array:
     """The same angle in (-pi, pi], elementwise [rad]."""
     if isinstance(angle, float):  # the same bits as below in a sixth of the time
-        return max(pi - (pi - float(angle)) % (2.0 * pi), LEAST)  # type: ignore[return-value]
-    wrapped = np.pi - (np.pi - np.asarray(angle, float)) % (2.0 * np.pi)
-    return np.maximum(wrapped, LEAST)  # an angle just above pi comes out as -pi: the remainder is rounded
+        return rounded.py_func(float(angle))
+    # An angle just above pi comes out as -pi: the remainder is rounded.
+    return np.maximum(np.pi - (np.pi - np.asarray(angle, float)) % (2.0 * np.pi), LEAST)
 
 
 def shortest_turn(angle: float) -> float:
@@ -36,8 +36,13 @@ def circular_mean(angles: ArrayLike, weights: ArrayLike | None = None) -> float:
 
 
 @scalar
+def rounded(angle):
+    """The same angle in (-pi, pi] [rad], with the bits of `wrap`."""
+    short = pi - angle  # a remainder takes longer than all else
+    return max(pi - (short if 0.0 <= short < 2.0 * pi else short % (2.0 * pi)), LEAST)
+
+
+@scalar
 def wrapped(angle):
     """The same angle in (-pi, pi] [rad]."""
-    if -pi < angle <= pi:
-        return angle
-    return max(pi - (pi - angle) % (2.0 * pi), LEAST)
+    return angle if -pi < angle <= pi else max(pi - (pi - angle) % (2.0 * pi), LEAST)

@@ -16,18 +16,14 @@ from mjnav.messages import Array
 # ---------------------------------------------------------------------------- distance from a segment
 
 
-LEAST_SQUARE = float(np.finfo(float).tiny)  # [m²] of a segment's length: one without length is a point
-
-
 def segment_distance(points: ArrayLike, start: ArrayLike, end: ArrayLike) -> Array:
     """Least distance of each point from the segment start-end [m]; the last axis of all is 2, the others broadcast."""
     points, start, end = (np.asarray(a, float) for a in (points, start, end))
     along = end - start
-    length_squared = np.maximum(np.add.reduce(along * along, -1), LEAST_SQUARE)
+    length_squared = np.maximum(np.add.reduce(along * along, -1), np.finfo(float).tiny)
     from_start = points - start
     t = np.minimum(np.maximum(np.add.reduce(from_start * along, -1) / length_squared, 0.0), 1.0)
-    away = from_start - t[..., None] * along
-    return np.sqrt(np.add.reduce(away * away, -1))
+    return np.sqrt(np.add.reduce(np.square(from_start - t[..., None] * along), -1))
 
 
 # --------------------------------------------------------------------------------------- 95 % ellipse

@@ -4,7 +4,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from mjnav.compile.compiled import exact
-from mjnav.geometry.angles import HALF_TURN_TIE, LEAST, circular_mean, shortest_turn, wrap, wrapped
+from mjnav.geometry.angles import HALF_TURN_TIE, LEAST, circular_mean, rounded, shortest_turn, wrap, wrapped
 
 ANGLES = st.floats(-1e4, 1e4)
 
@@ -62,6 +62,11 @@ def _wrapped(angle):
     return wrapped(angle)
 
 
+@exact
+def _rounded(angle):
+    return rounded(angle)
+
+
 @given(st.floats(-1e4, 1e4))
 @example(np.pi)
 @example(-np.pi)
@@ -72,5 +77,6 @@ def test_one_heading_is_wrapped_as_an_array_of_them(angle):
     found = _wrapped(float(angle))
     assert -np.pi < found <= np.pi
     assert np.abs(np.exp(1j * found) - np.exp(1j * wrap(angle))) < 1e-9
+    assert np.float64(_rounded(float(angle))).tobytes() == wrap(np.array([angle])).tobytes()
     if -np.pi < angle <= np.pi:
         assert found == angle

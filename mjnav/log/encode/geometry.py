@@ -10,7 +10,7 @@ Source: https://ros.org/reps/rep-0105.html
 
 from collections.abc import Mapping, Sequence
 from functools import cache, lru_cache
-from math import cos, pi, sin
+from math import cos, sin
 from types import MappingProxyType
 from typing import Any
 
@@ -20,7 +20,7 @@ from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 
-from mjnav.geometry.angles import LEAST
+from mjnav.geometry.angles import wrap
 from mjnav.log.encode.protobuf import delimited, numbered
 from mjnav.messages import Array, Reading, TickRecord, WorldState
 from mjnav.scene.sensors import Lidar
@@ -110,9 +110,7 @@ def correction(believed: Array, odometry: Array) -> tuple[float, float, float]:
     From T_map,odom T_odom,base = T_map,base: theta = theta_b - theta_o, and p = p_b - R(theta) p_o.
     """
     (x, y, heading), (along, across, turned) = believed.tolist(), odometry.tolist()
-    turn = max(
-        pi - (pi - (heading - turned)) % (2.0 * pi), LEAST
-    )  # `wrap`, which takes five times as long for a number
+    turn = float(wrap(heading - turned))
     c, s = cos(turn), sin(turn)
     return x - c * along + s * across, y - s * along - c * across, turn
 

@@ -16,7 +16,7 @@ from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 from numpy.typing import NDArray
 
 from mjnav.compile.compiled import Contiguous, Indices, Matrix, Vector, exact
-from mjnav.geometry.angles import LEAST
+from mjnav.geometry.angles import rounded
 from mjnav.log.encode.geometry import WORLD_FRAME, pose, stamped
 from mjnav.log.encode.protobuf import delimited
 from mjnav.messages import Array, RobotBelief, Track
@@ -97,9 +97,7 @@ def fill(
             for j in range(2, columns):
                 value = particles[i, j]
                 if turns:
-                    short = np.pi - value  # as `wrap` rounds; a remainder takes longer than all the rest
-                    value = np.pi - (short if 0.0 <= short < 2.0 * np.pi else short % (2.0 * np.pi))
-                    value = LEAST if value < LEAST else value
+                    value = rounded(value)
                 value = np.rint(value * steps)
                 integers[i, 2 + j] = int(min(value, 32767.0)) if value > -32768.0 else -32768
             share = np.rint(weights[i] * scale)
