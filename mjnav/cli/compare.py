@@ -16,7 +16,7 @@ from mjnav.metrics.summary import GROUPS
 from mjnav.output_files import output_path, replacement
 from mjnav.study import requirements
 from mjnav.study.cells import Labels
-from mjnav.study.compare.cell_rows import DEFAULT_FIGURES, SETS, WIN_BY, check_figures, is_cost
+from mjnav.study.compare.cell_rows import DEFAULT_FIGURES, SETS, WIN_BY, is_cost
 from mjnav.study.compare.estimates import Estimate
 from mjnav.study.compare.ranking import RULE, RankedSetting, rank
 from mjnav.study.results import find_results, kept_study
@@ -137,7 +137,6 @@ def output_paths(arguments: argparse.Namespace) -> list[Path]:
     """Of `--output`. Raises InputError for a name of no form, and where `--pareto` has no cost or no picture."""
     outputs = [output_path("--output", given, *OUTPUTS) for given in arguments.output or ()]
     if arguments.pareto is not None:
-        check_figures([arguments.pareto])
         if not is_cost(arguments.pareto):
             raise InvalidValue("--pareto", arguments.pareto, "a cost: a figure of which less is better")
         if not any(path.suffix.lower() in PICTURES for path in outputs):
