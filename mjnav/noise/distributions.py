@@ -12,7 +12,7 @@ from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 from mjnav.noise.base import MOST, Mean, OnRealLine, Size, Spread
 from mjnav.noise.pearson import HALF_LOG_2PI, StudentLaw
-from mjnav.settings import Length, Range, settle
+from mjnav.settings import Length, Range, Settled
 
 _WEIGHT_SUM_TOLERANCE = 1e-6  # weights are written with a few digits: 0.333, 0.333, 0.334
 MAX_SAMPLES = 10_000  # a likelihood costs each of them at each of its thousands of cells
@@ -54,14 +54,11 @@ class Zero(Constant, OnRealLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Gaussian(Constant, OnRealLine):
+class Gaussian(Settled, Constant, OnRealLine):
     """N(mean, std^2)."""
 
     mean: Mean = 0.0
     std: Spread
-
-    def __post_init__(self):
-        settle(self)
 
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
         """Independent draws of shape `size`."""
@@ -73,14 +70,11 @@ class Gaussian(Constant, OnRealLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Uniform(Constant):
+class Uniform(Settled, Constant):
     """Constant density on [mean - half_width, mean + half_width]; std = half_width / sqrt(3)."""
 
     mean: Mean = 0.0
     half_width: Annotated[float, Range(0.0, MOST, open_low=True), "of the interval, in the channel's unit"]
-
-    def __post_init__(self):
-        settle(self)
 
     @property
     def std(self) -> float:
@@ -104,7 +98,7 @@ class Uniform(Constant):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StudentT(Constant, OnRealLine):
+class StudentT(Settled, Constant, OnRealLine):
     """Student's t with `df` > 2 degrees of freedom, scaled so that `std` is its standard deviation.
 
     Kurtosis is 3 + 6/(df - 4) for df > 4 and infinite below: heavy tails at a known variance.
@@ -115,8 +109,7 @@ class StudentT(Constant, OnRealLine):
     df: Annotated[float, Range(2.0, 1e9, open_low=True), "degrees of freedom"]
     _law: StudentLaw = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         object.__setattr__(self, "_law", StudentLaw.of(self.df))
 
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
@@ -130,7 +123,7 @@ class StudentT(Constant, OnRealLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mixture(Constant, OnRealLine):
+class Mixture(Settled, Constant, OnRealLine):
     """sum_k weights_k N(means_k, stds_k^2); weights are positive and sum to 1."""
 
     weights: Annotated[tuple[_Share, ...], Length(1, MAX_SAMPLES), "of the components; they sum to 1"]
@@ -139,8 +132,7 @@ class Mixture(Constant, OnRealLine):
     _shares: tuple[float, ...] = field(init=False, repr=False, compare=False)  # the weights, their sum exactly 1
     _cumulative: Array = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         for key in ("means", "stds"):
             if len(getattr(self, key)) != len(self.weights):
                 raise InvalidValue(key, getattr(self, key), f"as many numbers as weights: {len(self.weights)}")
@@ -178,7 +170,7 @@ class Mixture(Constant, OnRealLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Empirical(Constant, OnRealLine):
+class Empirical(Settled, Constant, OnRealLine):
     """Recorded errors, smoothed: a Gaussian of std `bandwidth` around each sample.
 
     bandwidth h = 0.9 min(s, IQR/1.34) n^(-1/5), with the samples' standard deviation s and interquartile range IQR
@@ -192,8 +184,7 @@ class Empirical(Constant, OnRealLine):
     std: float = field(init=False)
     _array: Array = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         samples = np.array(self.samples)
         spread = float(samples.std())
         if spread == 0.0:

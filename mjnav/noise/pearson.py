@@ -27,7 +27,7 @@ from mjnav.messages import Array
 from mjnav.noise.base import Mean, Size, Spread
 from mjnav.noise.pearson_iv import TypeIVLaw
 from mjnav.noise.pearson_iv import stirling_remainder as R
-from mjnav.settings import Range, settle
+from mjnav.settings import Range, Settled
 
 # ----------------------------------------------------------------------------------------------- laws
 
@@ -285,7 +285,7 @@ def _law(skew: float, kurtosis: float) -> Law:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pearson(Constant):
+class Pearson(Settled, Constant):
     """The member of the Pearson family with these four moments; kurtosis > skew^2 + 1.
 
     Draws are exact: numpy's beta, gamma and Student generators, rejection for type IV. At kurtosis = skew^2 + 1 only
@@ -300,8 +300,7 @@ class Pearson(Constant):
     _sign: float = field(init=False, repr=False, compare=False)
     _ends: tuple[float, float] = field(init=False, repr=False, compare=False)  # of where the density is computed
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         least = self.skew**2 + 1.0
         if self.kurtosis <= least * (1.0 + _BOUNDARY):
             raise InvalidValue("kurtosis", self.kurtosis, f"a number > skew² + 1 = {least:.6g} (a Gaussian has 3)")

@@ -18,11 +18,11 @@ from mjnav.errors import InvalidValue, unknown_name
 from mjnav.geometry.floor import TOUCH
 from mjnav.messages import Array
 from mjnav.scene.ranges import MAX_BODIES, MAX_LENGTH, MAX_WALLS, MIN_SIZE, Angle, Coordinate, Line, Point, Size
-from mjnav.settings import Choice, Key, Length, Range, below, settle
+from mjnav.settings import Choice, Key, Length, Range, Settled, below
 
 
 @dataclass(frozen=True, slots=True)
-class Wall:
+class Wall(Settled):
     """A straight wall between two points."""
 
     start: Annotated[Point, Key("from"), "one end"]
@@ -30,14 +30,13 @@ class Wall:
     thickness: Annotated[Size, "half of it on each side of the line"] = 0.1
     height: Annotated[Size, "above the floor"] = 1.0
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if hypot(self.end[0] - self.start[0], self.end[1] - self.start[1]) < MIN_SIZE:
             raise InvalidValue("to", self.end, f"a point other than `from`, at least {MIN_SIZE:g} m away")
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class Table(Settled):
     """A table on four legs; `size` is measured between the legs' centres."""
 
     position: Annotated[Point, "of its centre"]
@@ -46,8 +45,7 @@ class Table:
     leg_radius: Annotated[Size, "of each leg"] = 0.03
     height: Annotated[float, Range(0.5, MAX_LENGTH, "m"), "of its top above the floor"] = 0.74
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         for i, side in enumerate(self.size):
             Range(2.0 * self.leg_radius, MAX_LENGTH, "m", open_low=True).check(f"size.{i}", side)
 
@@ -60,26 +58,22 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
-class Pillar:
+class Pillar(Settled):
     """A round pillar."""
 
     position: Annotated[Point, "of its centre"]
     radius: Annotated[Size, "of the pillar"] = 0.2
     height: Annotated[Size, "above the floor"] = 1.0
 
-    def __post_init__(self):
-        settle(self)
-
 
 @dataclass(frozen=True, slots=True)
-class LaneSpec:
+class LaneSpec(Settled):
     """Two lines a x + b y + c = 0; the left one keeps d <= 0, the right one d >= 0."""
 
     left: Annotated[Line, "a, b, c of the left boundary"]
     right: Annotated[Line, "a, b, c of the right boundary"]
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         for key in ("left", "right"):
             line = getattr(self, key)
             if hypot(line[0], line[1]) < MIN_SIZE:
@@ -237,7 +231,7 @@ class KnownBodies(Constant):
 
 
 @dataclass(frozen=True, slots=True)
-class MapDifference:
+class MapDifference(Settled):
     """How the map that estimators and controllers have differs from the world, or that they have none.
 
     Both have the same frame: starts, goals and people's positions mean the same place in either.
@@ -268,8 +262,7 @@ class MapDifference:
     tables: Annotated[tuple[Table, ...], Length(0, MAX_BODIES), "of the map alone"] = ()
     pillars: Annotated[tuple[Pillar, ...], Length(0, MAX_BODIES), "of the map alone"] = ()
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         differences = [f for f in fields(self) if f.name != "source" and getattr(self, f.name) != f.default]
         if self.source == "lidar" and differences:
             key = differences[0].name

@@ -29,7 +29,7 @@ from mjnav.messages import Array
 from mjnav.scene import toml as files
 from mjnav.scene.people import MAX_WALKING_SPEED, PERIOD, TEMPERAMENTS
 from mjnav.scene.ranges import MAX_BODIES, MAX_LENGTH, MAX_TIME, Angle, Point
-from mjnav.settings import Choice, Range, below, settle, settled
+from mjnav.settings import Choice, Range, Settled, below, settled
 
 # -------------------------------------------------------------------------------------- the table [crowd]
 
@@ -38,7 +38,7 @@ Seconds = Annotated[float, Range(0.0, MAX_TIME, "s")]
 
 
 @dataclass(frozen=True, slots=True)
-class Crowd:
+class Crowd(Settled):
     """People from a recording; they stand behind those of `people`, and in the resolved scene among them."""
 
     file: Annotated[str, "the recording, from the run file's folder or else the working folder"]
@@ -63,8 +63,7 @@ class Crowd:
         Annotated[str, Choice(tuple(TEMPERAMENTS))] | None, "how they take a robot that they see: regular by default"
     ] = None
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if self.window is not None and not self.window[0] < self.window[1]:
             raise InvalidValue("window", self.window, "[from, to] with from < to")
         if self.crop is not None:

@@ -25,7 +25,7 @@ from mjnav.scene.people import AGAIN, BEHAVIOURS, MAX_WALKING_SPEED, ConstantVel
 from mjnav.scene.published import is_open
 from mjnav.scene.ranges import MAX_BODIES, MAX_LENGTH, Angle, Size
 from mjnav.scene.spec import Robot
-from mjnav.settings import Choice, Length, Range, below, settle
+from mjnav.settings import Choice, Length, Range, Settled, below
 from mjnav.settings.reference import INDEX, KeyReference, key_references
 from mjnav.settings.table import Schema, table_schema
 
@@ -40,13 +40,12 @@ Count = Annotated[
 
 
 @dataclass(frozen=True, slots=True)
-class Drawn:
+class Drawn(Settled):
     """An entry that stands for several bodies."""
 
     count: Count
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if isinstance(self.count, tuple) and self.count[1] < self.count[0]:
             raise InvalidValue("count.1", self.count[1], f"a whole number from {self.count[0]} on")
 
@@ -87,7 +86,7 @@ class DrawnPeople(Drawn):
 
 
 @dataclass(frozen=True, slots=True)
-class DrawnRobot:
+class DrawnRobot(Settled):
     """The robot's start and goal."""
 
     start_area: Annotated[Area | None, "in which x and y of `start` are drawn"] = None
@@ -96,9 +95,6 @@ class DrawnRobot:
     least_way: Annotated[
         float, Range(0.0, MAX_LENGTH, "m"), "least distance of the goal from the start, along a straight line"
     ] = 0.0
-
-    def __post_init__(self):
-        settle(self)
 
 
 # --------------------------------------------------------------------- drawn values as plain tables

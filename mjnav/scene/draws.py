@@ -24,7 +24,7 @@ import numpy as np
 from mjnav import settings
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scene.ranges import MAX_POINTS, Point, Seed
-from mjnav.settings import Length, Range, below, settle
+from mjnav.settings import Length, Range, Settled, below
 from mjnav.settings.marks import Choice, bare, mark, options
 from mjnav.settings.table import describe
 
@@ -37,7 +37,7 @@ PURPOSES = MappingProxyType({"reporting": 0, "training": 1})
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class Layout(Settled):
     """Which layout is drawn, and what it keeps to. In a scene that draws nothing, a record of where it came from."""
 
     seed: Annotated[Seed | None, "of the layout alone; by default the run's"] = None
@@ -49,9 +49,6 @@ class Layout:
         "least distance of drawn furniture from all else; by default the robot's diameter and 0.4 m",
     ] = None
     tries: Annotated[int, Range(1, 10_000), "number of layouts that are drawn before the scene is refused"] = 200
-
-    def __post_init__(self):
-        settle(self)
 
     def root(self) -> int:
         """The whole number from which all streams of this layout start."""
@@ -88,22 +85,21 @@ NumPoints = Annotated[int, Range(0, MAX_POINTS)]
 
 
 @dataclass(frozen=True, slots=True)
-class Uniform:
+class Uniform(Settled):
     """A number, uniform between two."""
 
     low: Annotated[Number, "least value"]
     high: Annotated[Number, "largest value"]
     log: Annotated[bool, "the logarithm is uniform in place of the number: 1 to 2 is as likely as 2 to 4"] = False
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         _check_order("high", self.low, self.high)
         if self.log and self.low <= 0.0:
             raise InvalidValue("low", self.low, "a number > 0, with log = true")
 
 
 @dataclass(frozen=True, slots=True)
-class Normal:
+class Normal(Settled):
     """A number, normally distributed, drawn again until it is allowed, and between `low` and `high`."""
 
     mean: Annotated[Number, "of the numbers before any is drawn again"]
@@ -111,8 +107,7 @@ class Normal:
     low: Annotated[Number | None, "least value"] = None
     high: Annotated[Number | None, "largest value"] = None
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         _check_order("high", *self.ends)
 
     @property
@@ -122,14 +117,13 @@ class Normal:
 
 
 @dataclass(frozen=True, slots=True)
-class OneOf:
+class OneOf(Settled):
     """One of several values, which may be drawn themselves."""
 
     one_of: Annotated[tuple[Any, ...], Length(1, 1000), "the values"]
     shares: Annotated[tuple[Share, ...] | None, "of each, counted against their sum; equal by default"] = None
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if self.shares is not None and len(self.shares) != len(self.one_of):
             raise InvalidValue("shares", list(self.shares), f"{len(self.one_of)} numbers, one a value")
         with below("shares"):
@@ -137,7 +131,7 @@ class OneOf:
 
 
 @dataclass(frozen=True, slots=True)
-class InArea:
+class InArea(Settled):
     """A point, uniform in a rectangle, or in several, each by its size; with `count` an array of points."""
 
     area: Area
@@ -145,8 +139,7 @@ class InArea:
         tuple[NumPoints, NumPoints] | NumPoints | None, "number of points, or the least and the largest number"
     ] = None
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if isinstance(self.count, tuple):
             _check_order("count.1", *self.count)
 

@@ -13,7 +13,7 @@ from mjnav.errors import InvalidValue
 from mjnav.geometry.floor import TOUCH
 from mjnav.scene.bodies import Box, Disc
 from mjnav.scene.ranges import MAX_BODIES, MAX_TIME, Angle, Coordinate
-from mjnav.settings import Choice, Key, Length, Range, below, settle
+from mjnav.settings import Choice, Key, Length, Range, Settled, below
 
 Time = Annotated[float, Range(0.0, MAX_TIME, "s")]
 Share = Annotated[float, Range(0.0, 1.0)]
@@ -21,14 +21,13 @@ Magnitude = Annotated[float, Range(0.0, 1e4)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fault:
+class Fault(Settled):
     """A fault that lasts from one moment to another."""
 
     start: Annotated[Time, Key("from"), "when it begins"] = 0.0
     end: Annotated[float, Range(0.0, MAX_TIME, "s", or_inf=True), Key("to"), "when it is over"] = inf
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if self.end <= self.start:
             raise InvalidValue("to", self.end, f"a time after `from` ({self.start:g} s)")
 
@@ -109,7 +108,7 @@ class Slip(Fault):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChannelFaults:
+class ChannelFaults(Settled):
     """What goes wrong with one sensor's messages."""
 
     dropout: Dropout | None = None
@@ -119,9 +118,6 @@ class ChannelFaults:
     late: Late | None = None
     repeated: Repeated | None = None
     nan: NotANumber | None = None
-
-    def __post_init__(self):
-        settle(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,18 +135,15 @@ class WheelFaults(ChannelFaults):
 
 
 @dataclass(frozen=True, slots=True)
-class Kidnapping:
+class Kidnapping(Settled):
     """The robot is put elsewhere, and none of its sensors but the lidar and the pose sensor notices."""
 
     time: Annotated[Time, "when that happens"]
     pose: Annotated[tuple[Coordinate, Coordinate, Angle], "x, y and heading where it is put"]
 
-    def __post_init__(self):
-        settle(self)
-
 
 @dataclass(frozen=True, slots=True)
-class Faults:
+class Faults(Settled):
     """What goes wrong in the run, by sensor or actuator and kind."""
 
     kidnap: Annotated[
@@ -164,8 +157,7 @@ class Faults:
     detections: ChannelFaults | None = None
     wheels: WheelFaults | None = None
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         times = [kidnapping.time for kidnapping in self.kidnappings]
         if sorted(set(times)) != times:
             raise InvalidValue("kidnap", times, "times that increase")

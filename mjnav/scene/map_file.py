@@ -31,7 +31,7 @@ from mjnav.geometry.floor import Floor
 from mjnav.messages import Array
 from mjnav.scene import toml as files
 from mjnav.scene.ranges import MAX_WALLS, MIN_SIZE, Angle, Coordinate, Point, Size
-from mjnav.settings import Choice, Range, below, read, settle, settled
+from mjnav.settings import Choice, Range, Settled, below, read, settled
 
 MAX_SIDE = 4096  # cells along each side: 200 m at 5 cm
 _MAX_BYTES = 70_000_000  # of a picture: the largest map as the longest text
@@ -43,7 +43,7 @@ Share = Annotated[float, Range(0.0, 1.0)]
 
 
 @dataclass(frozen=True, slots=True)
-class MapFile:
+class MapFile(Settled):
     """A map of ROS map_server; its walls stand behind those of `walls`, and in the resolved scene among them."""
 
     file: Annotated[str, "the YAML file, from the run file's folder or else the working folder"]
@@ -54,12 +54,9 @@ class MapFile:
     ] = "blocked"
     height: Annotated[Size, "of its walls above the floor"] = 1.0
 
-    def __post_init__(self):
-        settle(self)
-
 
 @dataclass(frozen=True, slots=True)
-class MapInfo:
+class MapInfo(Settled):
     """The YAML file of a map."""
 
     image: Annotated[str, "the picture, from the YAML file's folder"]
@@ -70,8 +67,7 @@ class MapInfo:
     free_thresh: Annotated[Share, "free below it"] = 0.196
     mode: Annotated[str, Choice(("trinary", "scale", "raw")), "how colours are read"] = "trinary"
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if self.free_thresh > self.occupied_thresh:
             raise InvalidValue("free_thresh", self.free_thresh, f"at most occupied_thresh, {self.occupied_thresh:g}")
 

@@ -15,7 +15,7 @@ from typing import Annotated, Any, ClassVar
 from mjnav.errors import InvalidValue
 from mjnav.motion import WALKING_ACCELERATION
 from mjnav.scene.ranges import MAX_LENGTH, MAX_POINTS, MAX_TIME, Coordinate, Point
-from mjnav.settings import Beside, Choice, Key, Length, Range, Variants, settle
+from mjnav.settings import Beside, Choice, Key, Length, Range, Settled, Variants
 from mjnav.settings.plugins import BehaviourPlugin
 
 # ------------------------------------------------------------------------------------- temperaments
@@ -40,7 +40,7 @@ TEMPERAMENTS: Mapping[str, str] = MappingProxyType(
 # -------------------------------------------------------------------------------------- straight on
 
 
-class Behaviour:
+class Behaviour(Settled):
     """What the keys of every behaviour have in common."""
 
     __slots__ = ()
@@ -67,8 +67,7 @@ class ConstantVelocity(Behaviour):
     walk = "walk:Straight"
     velocity: Annotated[Velocity, "along x and y"]
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         _check_speed(self.velocity)
 
 
@@ -81,8 +80,7 @@ class StopAndGo(Behaviour):
     go_time: Annotated[float, Range(1e-3, MAX_TIME, "s"), "walked before each stop"] = 2.0
     stop_time: Annotated[float, Range(0.0, MAX_TIME, "s"), "of each stop"] = 1.0
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         _check_speed(self.velocity)
 
 
@@ -98,14 +96,11 @@ Area = tuple[Point, Point]
 
 
 @dataclass(frozen=True, slots=True)
-class Trip:
+class Trip(Settled):
     """A way from a random point of one area to a random point of another."""
 
     start: Annotated[Area, Key("from"), "two opposite corners of the area where the way begins"]
     goal: Annotated[Area, Key("to"), "two opposite corners of the area where it ends"]
-
-    def __post_init__(self):
-        settle(self)
 
 
 # ------------------------------------------------------------------------ from waypoint to waypoint
@@ -141,8 +136,7 @@ class Walker(Behaviour):
         Distance | None, f"between robot and person, at least, where one comes again; {CLEAR_OF_ROBOT:g} by default"
     ] = None
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if self.loop and self.at_end is not None:
             raise InvalidValue("at_end", self.at_end, "nothing beside loop = true: who loops has no end")
         if self.at_end == AGAIN and self.trips is None:
@@ -194,8 +188,7 @@ class Replay(Behaviour):
     walk = "walk:Replayed"
     track: Annotated[tuple[Row, ...], Length(2, MAX_ROWS), "[t, x, y] each: where the person is at which time"]
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         for i, (before, after) in enumerate(pairwise(self.track), start=1):
             if after[0] < before[0] + LEAST_STEP:
                 allowed = f"a time at least {LEAST_STEP:g} s after that of the row before, {before[0]:g} s"
@@ -213,14 +206,11 @@ Seconds = Annotated[float, Range(1e-3, MAX_TIME, "s")]
 
 
 @dataclass(frozen=True, slots=True)
-class Diagonal:
+class Diagonal(Settled):
     """A change of mind: from some moment on the person walks 45° to the left of the way, until the next trip."""
 
     probability: Annotated[float, Range(0.0, 1.0), "of it, each time that it is drawn"] = 0.025
     every: Annotated[int, Range(1, 10_000), "decisions (of 0.02 s) between two draws"] = 4
-
-    def __post_init__(self):
-        settle(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -273,8 +263,8 @@ class SocialForce(Avoiding):
     obstacle_range: Annotated[Metres | None, "of walls and furniture"] = None
     lookahead: Annotated[Weight | None, "of the push aside from those who come towards the person"] = None
 
-    def __post_init__(self):
-        Walker.__post_init__(self)
+    def _check(self):
+        Walker._check(self)
         foreign = _HELBING if self.form != "helbing" else _MOUSSAID
         for key in foreign:
             if getattr(self, key) is not None:
@@ -309,9 +299,6 @@ class Orca(Avoiding):
         float, Range(0.0, 1.0), "of the avoidance that the person takes where the robot is met: 1/2 as between people"
     ] = 0.5
 
-    def __post_init__(self):
-        Walker.__post_init__(self)
-
 
 # ----------------------------------------------------------------------------------------- a person
 
@@ -332,7 +319,7 @@ Moment = Annotated[float, Range(0.0, MAX_TIME, "s")]
 
 
 @dataclass(frozen=True, slots=True)
-class Person:
+class Person(Settled):
     """A walking person; the file has the behaviour's name in `behaviour` and its keys beside it.
 
     A key that may be None is not in a dump unless it was given: the cells of older studies keep their names.
@@ -355,8 +342,7 @@ class Person:
     ] = None
     leaves: Annotated[Moment | None, "when the person goes; never by default"] = None
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if self.leaves is not None and self.leaves <= (self.enters or 0.0):
             raise InvalidValue("leaves", self.leaves, f"a time after enters ({self.enters or 0.0:g} s)")
 

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Annotated
 
 from mjnav.errors import InvalidValue
-from mjnav.settings import Beside, Range, Variants, settle
+from mjnav.settings import Beside, Range, Settled, Variants
 from mjnav.settings.plugins import PredictorPlugin
 
 MAX_STEPS = 200  # of a prediction
@@ -30,7 +30,7 @@ MODELS: Mapping[str, type[WallsModel | ConstantVelocityModel]] = MappingProxyTyp
 
 
 @dataclass(frozen=True, slots=True)
-class Prediction:
+class Prediction(Settled):
     """How people are predicted to go on: the model's name in `model`, and its keys beside it."""
 
     model: Annotated[
@@ -44,8 +44,7 @@ class Prediction:
         float, Range(0.05, 10.0, "s"), "time between predicted positions, between which lines are straight"
     ] = 0.4
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if not 1.0 - 1e-9 <= self.horizon / self.step <= MAX_STEPS + 1e-9:
             allowed = f"from one step ({self.step:g} s) to {MAX_STEPS} steps"
             raise InvalidValue("horizon", self.horizon, allowed)

@@ -15,13 +15,13 @@ from typing import Annotated, Any
 from mjnav.errors import InvalidValue
 from mjnav.geometry.angles import wrap
 from mjnav.motion.published_crowds import CROWDS, HORIZON, MAX_CASE, ROBOT_RADIUS, CrowdRules, PublishedCrowd
-from mjnav.settings import Choice, Range, below, settle, settled
+from mjnav.settings import Choice, Range, Settled, below, settled
 
 _NOTHING = "nothing beside [published]: the case gives the robot's start and goal, and all people"
 
 
 @dataclass(frozen=True, slots=True)
-class Published:
+class Published(Settled):
     """A crowd that others published, and its case; the people do not see the robot and meet no bodies."""
 
     crowd: Annotated[str, Choice(CROWDS), "whose people, draws and way of judging contacts hold"]
@@ -29,9 +29,6 @@ class Published:
         Annotated[int, Range(0, MAX_CASE)] | None,
         "by default the run's seed; the first 500 of crowdnav and 250 of the others are the published ones",
     ] = None
-
-    def __post_init__(self):
-        settle(self)
 
     @property
     def rules(self) -> CrowdRules:

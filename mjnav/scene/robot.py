@@ -19,7 +19,7 @@ from mjnav.errors import InvalidValue, unknown_name
 from mjnav.motion.unicycle import Drive
 from mjnav.scene import toml as files
 from mjnav.scene.library import data_folder
-from mjnav.settings import Length, Range, below, settle
+from mjnav.settings import Length, Range, Settled, below
 
 OWN = "mjnav"  # the robot of this project, which needs no base
 Wheels = Annotated[tuple[str, ...], Length(1, 8), "names of the joints of one side's wheels, which turn alike"]
@@ -27,7 +27,7 @@ _MAX_BYTES = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Base:
+class Base(Settled):
     """The body and the drive of a robot that is not mjnav's own."""
 
     mjcf: Annotated[str, "MJCF, as text: one body with a free joint, wheels on hinges with velocity actuators"]
@@ -40,9 +40,6 @@ class Base:
     ] = 1.0
     encoder_ticks: Annotated[float, Range(0.0, 1e7), "a turn of a wheel, to which readings are cut; 0: exact"] = 0.0
 
-    def __post_init__(self):
-        settle(self)
-
     @property
     def drive(self) -> Drive:
         """Wheel speeds and twists."""
@@ -50,15 +47,12 @@ class Base:
 
 
 @dataclass(frozen=True, slots=True)
-class LidarPlace:
+class LidarPlace(Settled):
     """The lidar that a robot usually has."""
 
     model: Annotated[str, "a lidar by name"] = "ideal"
     height: Annotated[float, Range(0.02, 3.0, "m"), "of the scan above the floor"] = 0.33
     mount: Annotated[tuple[float, float, float], "x, y and yaw on the robot"] = (0.0, 0.0, 0.0)
-
-    def __post_init__(self):
-        settle(self)
 
 
 @dataclass(frozen=True, slots=True)

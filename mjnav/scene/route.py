@@ -5,11 +5,11 @@ from typing import Annotated
 
 from mjnav.scene.bodies import Wall
 from mjnav.scene.ranges import MAX_WALLS
-from mjnav.settings import Choice, Length, Range, settle
+from mjnav.settings import Choice, Length, Range, Settled
 
 
 @dataclass(frozen=True, slots=True)
-class Route:
+class Route(Settled):
     """The way to the next point of the robot's route, on what it knows; without this table methods drive straight."""
 
     planner: Annotated[str, Choice(("shortest",)), "shortest: the shortest way, planned again where it is blocked"] = (
@@ -27,6 +27,3 @@ class Route:
         "that floor, as walls lie; with unknown > 1 loading the file puts a map's free unknown cells here",
     ] = None
     patience: Annotated[float, Range(0.5, 1000.0, "s"), "without progress, after which the robot recovers"] = 10.0
-
-    def __post_init__(self):
-        settle(self)

@@ -28,7 +28,7 @@ from mjnav.messages import Array
 from mjnav.noise import Distribution
 from mjnav.scene.ranges import Rate
 from mjnav.sealed import sealed
-from mjnav.settings import Choice, Length, Range, below, settle
+from mjnav.settings import Choice, Length, Range, Settled, below
 from mjnav.short_repr import ShortRepr
 
 # ------------------------------------------------------------------------------------- lidar models
@@ -131,7 +131,7 @@ _BY_RANGE = "; or [[range, value], ...], straight between the rows"
 
 
 @dataclass(frozen=True, slots=True)
-class LidarSpec:
+class LidarSpec(Settled):
     """A lidar by name, and figures of one's own in place of the maker's."""
 
     model: Annotated[str, Choice(LIDARS), "whose figures hold for the keys that are not given"] = "ideal"
@@ -171,8 +171,7 @@ class LidarSpec:
         "x forwards, y to the left and yaw of the lidar on the robot",
     ] = (0.0, 0.0, 0.0)
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         for key in ("bias", "spread", "missing"):
             rows = getattr(self, key)
             if isinstance(rows, tuple):
@@ -305,7 +304,7 @@ def _rows(value: float | ByRange | None) -> ByRange | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Sensors:
+class Sensors(Settled):
     """Rates and ranges of the sensors; they do not follow the control rate."""
 
     rate: Annotated[Rate, "readings a second, of all sensors"] = 10.0
@@ -320,8 +319,7 @@ class Sensors:
         "between the surfaces of robot and person, beyond which nobody is detected; unlimited by default",
     ] = None
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if self.lidar is None:
             return
         defaults = {field.name: field.default for field in fields(Sensors)}

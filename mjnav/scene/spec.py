@@ -29,7 +29,7 @@ from mjnav.scene.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, MAX_WALLS, Angl
 from mjnav.scene.robot import OWN, Base
 from mjnav.scene.route import Route
 from mjnav.scene.sensors import Sensors
-from mjnav.settings import Beside, Choice, Length, Named, Range, Text, below, settle
+from mjnav.settings import Beside, Choice, Length, Named, Range, Settled, Text, below, settle
 from mjnav.settings.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin, placed
 
 _PREFERRED_SPEED = 0.8  # [m/s]
@@ -53,7 +53,7 @@ Name = Annotated[
 
 
 @dataclass(frozen=True, slots=True)
-class Robot:
+class Robot(Settled):
     """Where the robot starts, where it goes and what it can do."""
 
     start: Annotated[tuple[Coordinate, Coordinate, Angle], "x, y and heading of the first moment"]
@@ -74,8 +74,7 @@ class Robot:
     model: Annotated[str, "a robot that `mjnav list robots` prints, or the path of a robot's file, .toml"] = OWN
     base: Annotated[Base | None, "of a robot that is not mjnav's own; loading the file puts it here"] = None
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if self.goal is None and not self.waypoints:
             raise InvalidValue("goal", None, "goal = [x, y] or waypoints = [[x, y], ...]: one of the two is required")
         if self.goal is not None and self.waypoints:
@@ -118,7 +117,7 @@ class Robot:
 
 
 @dataclass(frozen=True, slots=True)
-class Noise:
+class Noise(Settled):
     """A profile for all channels, and distributions of single channels in place of the profile's."""
 
     profile: Annotated[str, Choice(profile_names()), "noise of all channels"] = "pearson"
@@ -133,9 +132,6 @@ class Noise:
         Named(TIMED_CHANNELS, "CHANNEL"),
         "of the channel's errors: exp(-1) is left of a correlation after it; filters take errors to be independent",
     ] = field(default_factory=dict)
-
-    def __post_init__(self):
-        settle(self)
 
     def distributions(self) -> dict[str, Distribution]:
         """The distribution of every channel. One of a user's own is imported here, and checked."""
@@ -198,7 +194,7 @@ class ObstacleEstimation:
 
 
 @dataclass(frozen=True, slots=True)
-class Estimation:
+class Estimation(Settled):
     """The estimators; with `assumed_profile` they believe in another noise than the world's."""
 
     robot: RobotEstimation = RobotEstimation()
@@ -210,16 +206,13 @@ class Estimation:
         MapDifference | None, "of the map that estimators and controller have; by default it is the world's"
     ] = None
 
-    def __post_init__(self):
-        settle(self)
-
 
 Delay = Annotated[float, Range(0.0, 1000.0, "s")]  # up to a hundred periods of the slowest loop, as control.delay
 MAX_PENDING = 1000  # commands that are decided but not yet in force
 
 
 @dataclass(frozen=True, slots=True)
-class Latency:
+class Latency(Settled):
     """A decision takes effect when it has been computed, at the next physics step; in place of `delay`.
 
     `sampled` takes that time from a trace: drawn from it, or in the order in which it was recorded, over and over.
@@ -234,8 +227,7 @@ class Latency:
     order: Annotated[str, Choice(("drawn", "recorded")), "in which a trace's times are taken"] = "drawn"
     planned: Annotated[Delay | None, "what the prediction counts on: else the trace's median, or half a period"] = None
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if self.model == "sampled" and not self.trace:
             raise InvalidValue("trace", None, "compute times [s], or the path of a text file of them")
         if self.model == "measured" and self.trace:
@@ -257,7 +249,7 @@ class Latency:
 
 
 @dataclass(frozen=True, slots=True)
-class Control:
+class Control(Settled):
     """The controller by name, its own parameters, and when its decisions take effect."""
 
     method: Annotated[str, "a name that `mjnav list` prints, package.module:Class or file.py:Class"] = "rkhs"
@@ -267,8 +259,7 @@ class Control:
     prediction: Annotated[bool, "carry beliefs to the moment at which the decision takes effect"] = True
     parameters: Annotated[Mapping[str, object], Beside()] = field(default_factory=dict)
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         object.__setattr__(self, "method", placed(self.method))
         if self.latency is not None:
             with below("latency"):
@@ -281,7 +272,7 @@ class Control:
 
 
 @dataclass(frozen=True, slots=True)
-class Physics:
+class Physics(Settled):
     """The engine and its step."""
 
     engine: Annotated[str, Choice(ENGINES), "mujoco: wheels and contacts; kinematic: a unicycle and discs, quicker"] = (
@@ -289,21 +280,15 @@ class Physics:
     )
     timestep: Annotated[float, Range(1e-5, 0.02, "s"), "of the physics"] = 0.002
 
-    def __post_init__(self):
-        settle(self)
-
 
 @dataclass(frozen=True, slots=True)
-class LogContent:
+class LogContent(Settled):
     """What a log holds beside the data. It changes nothing in the run."""
 
     drawings: Annotated[
         bool, "also shapes of the candidates, for programs that draw only what a log holds as shapes"
     ] = False
     wall_time: Annotated[bool, "stamps are the time of day, counted on from the start in simulated time"] = False
-
-    def __post_init__(self):
-        settle(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -370,6 +370,19 @@ def settle(instance: Any) -> None:
             object.__setattr__(instance, field.name, field.type.read(getattr(instance, field.name)))
 
 
+class Settled:
+    """A dataclass that checks itself: each field by its type, then by `_check` what lies between them."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        settle(self)
+        self._check()
+
+    def _check(self) -> None:
+        """Raises InvalidValue with the key."""
+
+
 def settled(hint: Any, value: Any) -> Any:
     """`value` as the type `hint` has it: a whole number serves as a number, a list as a tuple, a table as a dataclass.
 

@@ -26,7 +26,7 @@ from mjnav.loop.provenance import provenance, revision
 from mjnav.scene.library import data_folder
 from mjnav.scene.load import read_text
 from mjnav.scene.toml import parse
-from mjnav.settings import Length, Range, read_document, settle
+from mjnav.settings import Length, Range, Settled, read_document
 from mjnav.settings.plugins import placed
 from mjnav.study.cells import Labels, resolve
 from mjnav.study.compare.cell_rows import WIN_BY, CellRows, cell_rows, columns_for, pooled
@@ -71,7 +71,7 @@ class Suite(StudyFile):
 
 
 @dataclass(frozen=True, slots=True)
-class Bench:
+class Bench(Settled):
     """runs/bench/suites.toml, or a file of one's own."""
 
     schema: Annotated[int, Range(1, 1), "version of this format"]
@@ -79,9 +79,6 @@ class Bench:
     methods: Annotated[tuple[MethodEntry, ...], Length(1, 100)]
     set: Annotated[Overrides, "any keys of a run file, for all episodes"] = field(default_factory=dict)
     source: str = field(default="", compare=False)  # the file it came from
-
-    def __post_init__(self):
-        settle(self)
 
     @classmethod
     def load(cls, path: str | None = None) -> "Bench":

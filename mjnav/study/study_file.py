@@ -52,7 +52,7 @@ from mjnav.scene.load import read_text
 from mjnav.scene.ranges import MAX_SEED, Seed
 from mjnav.scene.spec import Control
 from mjnav.scene.toml import parse, toml_text
-from mjnav.settings import Beside, Length, Range, Text, below, keys, read_document, settle, tables
+from mjnav.settings import Beside, Length, Range, Settled, Text, below, keys, read_document, tables
 
 # --------------------------------------------------------------------------------------------- search
 
@@ -64,15 +64,14 @@ _PERIOD = 1.0 / Control().rate  # [s] of the default parameters
 
 
 @dataclass(frozen=True, slots=True)
-class Search:
+class Search(Settled):
     """Settings of a method: its parameters as they stand, then drawn ones."""
 
     count: Annotated[int, Range(1, MAX_COUNT), "number of settings; the first has the parameters as they stand"]
     seed: Annotated[Seed | None, "of the draws; by default they follow from the study's name"] = None
     ranges: Annotated[Mapping[str, object], Beside()] = field(default_factory=dict)
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         for key, value in _by_key(self.ranges).items():
             with below(key.removeprefix("control.")):
                 if not is_draw(value):
@@ -160,19 +159,18 @@ Overrides = Mapping[str, object]  # as tables in one another, or by dotted keys
 
 
 @dataclass(frozen=True, slots=True)
-class SeedRange:
+class SeedRange(Settled):
     """`count` seeds from `first` on."""
 
     count: Annotated[int, Range(1, MAX_SEEDS), "number of seeds"]
     first: Annotated[Seed, "the others follow it"] = 0
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         Range(0, MAX_SEED - self.count + 1).check("first", self.first)
 
 
 @dataclass(frozen=True, slots=True)
-class MethodEntry:
+class MethodEntry(Settled):
     """A controller with parameters of its own, under a name of its own."""
 
     controller: Annotated[str, "a name that `mjnav list` prints, package.module:Class or file.py:Class"]
@@ -188,8 +186,7 @@ class MethodEntry:
     ] = None
     label: Annotated[str, "in tables; by default the name, of file.py:Class the class"] = ""
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if self.grid and self.search is not None:
             raise InvalidValue("search", "a search beside a grid", "one of the two")
 
@@ -205,15 +202,14 @@ class MethodEntry:
 
 
 @dataclass(frozen=True, slots=True)
-class SettingEntry:
+class SettingEntry(Settled):
     """A variant of the world."""
 
     name: Annotated[str, "in the rows of results"]
     set: Annotated[Overrides, "keys of a run file"] = field(default_factory=dict)
     label: Annotated[str, "in tables; the name by default"] = ""
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if not self.name:
             raise InvalidValue("name", self.name, "a name")
 
@@ -224,7 +220,7 @@ class SettingEntry:
 
 
 @dataclass(frozen=True, slots=True)
-class StudyFile:
+class StudyFile(Settled):
     """A study file as it stands; `cells.resolve` says what it asks for."""
 
     schema: Annotated[int, Range(1, 1), "version of this format"]
@@ -251,8 +247,7 @@ class StudyFile:
     detour: Annotated[bool, "also run the people of every episode without the robot: the figures detour_*"] = False
     source: str = field(default="", compare=False)  # the file it came from
 
-    def __post_init__(self):
-        settle(self)
+    def _check(self):
         if len(self.name.encode()) > MAX_NAME:
             raise InvalidValue("name", self.name, f"at most {MAX_NAME} bytes in UTF-8: a folder is named after it")
         _check_distinct("scenes", self.scenes)
