@@ -68,8 +68,6 @@ def _print(log: Log, form: str, output: str, written: dict[str, int]) -> None:
     print(f"{output}: {log.duration:.1f} s of simulated time")
     if log.truncated:
         print("  the log has no end, its writer was killed: this is what was written before")
-    for topic, why in log.unreadable.items():
-        print(f"  without {topic}: {why}")
     width = max(map(len, written), default=0)
     for name, count in written.items():
         print(f"  {name:{width}}  {count:8d} {FORMATS[form].counts}")

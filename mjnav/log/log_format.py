@@ -1,8 +1,4 @@
-"""What writing, reading and recovering a log have in common: the names of its parts, its version, its compression.
-
-Format 1: /candidates holds lines that Foxglove draws. Not read any more: they tell no more than the costs' ranks.
-Format 2: /candidates holds arrays; the lines are /candidates/arcs, in a log that was asked for drawings.
-"""
+"""What writing, reading and recovering a log have in common: the names of its parts, its version, its compression."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -21,9 +17,9 @@ RUN, RESULT, RECOVERED = "mjnav/run", "mjnav/result", "mjnav/recovered"
 SCENARIO, REPLAY, MODEL, LAYOUT = "scenario.toml", "replay.toml", "model.xml.gz", "foxglove-layout.json"
 
 FORMAT = 2
-FORMAT_KEY = "log_format"  # of the metadata mjnav/run; format 1 does not have it
+FORMAT_KEY = "log_format"  # of the metadata mjnav/run
 EPOCH_KEY = "epoch_ns"  # how much later than simulated time the stamps are [ns]; only in a log in wall time
-FRAMES_KEY, FRAMES = "frames", "map, odom, base_link, lidar; base_link_truth"  # earlier logs call the truth base_link
+FRAMES_KEY, FRAMES = "frames", "map, odom, base_link, lidar; base_link_truth"
 
 CHUNK_SIZE = 192 * 1024  # [bytes] before compression; LZ4 takes 40 % less time a tick than Zstandard and 20 % more room
 
@@ -63,19 +59,9 @@ def appearing(path: Path) -> Iterator[Path]:
 
 
 def check_version(path: Path, run: Mapping[str, str]) -> None:
-    """Raises InputError for a log of another format than this version and those before it write."""
-    if (found := run.get(FORMAT_KEY, "1")) not in ("1", str(FORMAT)):
-        raise InputError(f"{path}: of log format {found[:20]!r}; this version of mjnav reads 1 and {FORMAT}")
-
-
-def unreadable_topics(run: Mapping[str, str] | None) -> Mapping[str, str]:
-    """Topics of a log that this version does not read, and why and what does, from the metadata mjnav/run."""
-    if run is None or FORMAT_KEY in run:
-        return {}
-    writer = " ".join(run[key] for key in ("version.mjnav", "git_revision") if run.get(key)) or "0.1.0"
-    writer = "".join(filter(str.isprintable, writer[:80]))  # another program may have written the log
-    why = f"drawn lines in a log of format 1, which mjnav {writer} reads; this version reads format {FORMAT}"
-    return {"/candidates": why}
+    """Raises InputError for a log of another format than this version writes."""
+    if (found := run.get(FORMAT_KEY, "1")) != str(FORMAT):
+        raise InputError(f"{path}: of log format {found[:20]!r}; this version of mjnav reads {FORMAT}")
 
 
 def epoch_ns(run: Mapping[str, str] | None) -> int:

@@ -324,8 +324,6 @@ def _missing(log: Log, not_json: Mapping[str, int], ticks: InspectedTicks | None
         yield f"the topic of {log.unregistered} messages"
     for topic, count in not_json.items() if log.run is not None else ():
         yield f"{count} messages of {topic} that are not JSON"
-    for topic, why in log.unreadable.items():
-        yield f"{topic}: {why}"
     if refused:
         yield f"figures: {refused}"
 

@@ -8,10 +8,9 @@ simulated time, or with wall time where `epoch` [ns] is added to it.
 Source: https://ros.org/reps/rep-0105.html
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache, lru_cache
 from math import cos, sin
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -30,8 +29,6 @@ ODOMETRY_FRAME = "odom"
 ROBOT_FRAME = "base_link"  # where the robot believes to be
 LIDAR_FRAME = "lidar"
 TRUE_FRAME = "base_link_truth"
-# What logs called them before they had all of these frames.
-OLD_FRAMES: Mapping[str, str] = MappingProxyType({"base_link": TRUE_FRAME, "base_link_estimated": ROBOT_FRAME})
 
 
 def time_ns(time: float, epoch: int = 0) -> int:

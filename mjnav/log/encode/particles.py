@@ -109,7 +109,7 @@ def fill(
 def decode_particles(cloud: Any) -> dict[str, Array]:
     """The columns of a cloud in SI units, each (n,), by name; weights add up to 1 in each belief.
 
-    Reads the float32 columns of older logs, too. Raises ValueError or LookupError for what is no cloud of particles.
+    Raises ValueError, TypeError or LookupError for what is no cloud of particles.
     """
     formats = {number: name for name, number in _TYPES.items()}
     points = np.dtype(
@@ -123,10 +123,7 @@ def decode_particles(cloud: Any) -> dict[str, Array]:
     table = np.frombuffer(cloud.data, points)
     columns = {name: table[name].astype(float) for name in points.names or ()}
     for name in STEPS.keys() & columns.keys():
-        if points[name].kind == "i":
-            columns[name] /= STEPS[name]
-    if points["weight"].kind == "u":
-        several = "track" in columns and points["track"].kind == "u"
-        track = table["track"] if several else np.zeros(table.size, np.uint16)
-        columns["weight"] /= np.maximum(np.bincount(track, columns["weight"]), 1.0)[track]
+        columns[name] /= STEPS[name]
+    track = table["track"] if "track" in columns else np.zeros(table.size, np.uint16)
+    columns["weight"] /= np.maximum(np.bincount(track, columns["weight"]), 1.0)[track]
     return columns

@@ -239,10 +239,7 @@ def export(
     log.check_ours()
     if log.duration is None:
         raise InputError(f"{log.path}: holds no messages to export")
-    for topic, why in log.unreadable.items():
-        if topic in chosen:
-            raise InputError(f"{log.path}: {topic}: {why}")
-    chosen = tuple(topic for topic in chosen or FORMATS[form].topics if topic not in log.unreadable)
+    chosen = chosen or tuple(FORMATS[form].topics)
     with appearing(target) as folder, not_ours(log.path):
         return FORMATS[form].write(log, chosen, _reported(log.messages(*chosen), progress), folder)
 

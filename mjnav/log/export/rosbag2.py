@@ -153,13 +153,11 @@ def estimate(document: Mapping, now: int) -> Fields | None:
     return {"header": header(now), "pose": pose}
 
 
-def wheel_odometry(document: Mapping, _: int, *, noise: Array) -> Fields | None:
+def wheel_odometry(document: Mapping, _: int, *, noise: Array) -> Fields:
     """The pose that the wheels' twists lead to from the start, and the last twist with its noise's covariance (3, 3).
 
-    None of an older log, which does not have the pose. Its covariance is left out.
+    The pose's covariance is left out.
     """
-    if "odometry_pose" not in document:
-        return None
     twist = _twist(*_floats([document["v"], document["omega"]]))
     return {
         "header": header(time_ns(document["time"]), ODOMETRY_FRAME),

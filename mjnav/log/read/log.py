@@ -1,6 +1,6 @@
 """A log that was opened for reading: what it holds, its messages, and its run as arrays.
 
-`adapter` brings messages to simulated time, where they are stamped with wall time, and to today's names of frames.
+`adapter` brings messages to simulated time, where they are stamped with wall time.
 """
 
 import json
@@ -17,7 +17,6 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.log import log_format
-from mjnav.log.encode.geometry import OLD_FRAMES
 from mjnav.log.encode.protobuf import Schema
 from mjnav.log.read.records import LostBytes, read_records
 from mjnav.log.read.tables import LogMessage, data_frame, find_table
@@ -31,25 +30,18 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-_FRAMES = ("frame_id", "parent_frame_id", "child_frame_id")
-
-
 def adapter(run: Mapping[str, str] | None) -> Callable[[Any], None] | None:
     """What changes the messages of a log with this metadata mjnav/run in place; None where they are as they should."""
-    epoch, old = log_format.epoch_ns(run), run is not None and log_format.FRAMES_KEY not in run
-    if not epoch and not old:
+    epoch = log_format.epoch_ns(run)
+    if not epoch:
         return None
 
     def adapt(value: Any) -> None:
         if isinstance(value, dict | bytes):
             return
         for part in _parts(value):
-            names = part.DESCRIPTOR.fields_by_name
-            if epoch and "timestamp" in names and part.HasField("timestamp"):
+            if "timestamp" in part.DESCRIPTOR.fields_by_name and part.HasField("timestamp"):
                 part.timestamp.FromNanoseconds(part.timestamp.ToNanoseconds() - epoch)
-            for name in _FRAMES if old else ():
-                if name in names:
-                    setattr(part, name, OLD_FRAMES.get(getattr(part, name), getattr(part, name)))
 
     return adapt
 
@@ -144,11 +136,6 @@ class Log:
         return self.result is not None
 
     @property
-    def unreadable(self) -> Mapping[str, str]:
-        """Topics of an older log that this version does not read, with the reason: `messages` leaves them out."""
-        return {topic: why for topic, why in log_format.unreadable_topics(self.run).items() if topic in self.topics}
-
-    @property
     def start_ns(self) -> int | None:
         """When the first message was [ns]; None without messages."""
         return min((topic.first_ns for topic in self.topics.values() if topic.first_ns is not None), default=None)
@@ -171,14 +158,14 @@ class Log:
         return loads(text, file=file, recorded=True)
 
     def messages(self, *topics: str) -> Iterator[LogMessage]:
-        """The messages of these topics, or of all, in the order in which they were written; none of `unreadable`.
+        """The messages of these topics, or of all, in the order in which they were written.
 
         Raises DamagedLogError where one cannot be decoded as its topic's schema says.
         """
         epoch, adapt = log_format.epoch_ns(self.run), adapter(self.run)
         factory = DecoderFactory()  # it remembers schemas by their number in this file
         decoders: dict[int, Callable[[bytes], Any]] = {}
-        for schema, channel, message in self._encoded(*(set(topics or self.topics) - set(self.unreadable))):
+        for schema, channel, message in self._encoded(*(topics or self.topics)):
             try:
                 if (decode := decoders.get(channel.id)) is None:
                     decode = decoders[channel.id] = _decoder(factory, schema, channel.message_encoding)
@@ -197,13 +184,11 @@ class Log:
         none, one or many rows a tick. `name` is a topic's, which gives the first of its tables, or that of a CSV file
         without suffix ("decision_cone"). `attrs["units"]` has the unit of each column.
 
-        Raises InputError for an unknown name, a topic in `unreadable`, another program's log or where pandas is not
-        installed, DamagedLogError where a message is not one of mjnav's.
+        Raises InputError for an unknown name, another program's log or where pandas is not installed, DamagedLogError
+        where a message is not one of mjnav's.
         """
         topic, table = find_table(name)
         self.check_ours()
-        if topic in self.unreadable:
-            raise InputError(f"{self.path}: {topic}: {self.unreadable[topic]}")
         return data_frame(self.path, table, self.messages(topic))
 
     def check_ours(self) -> None:

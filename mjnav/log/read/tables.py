@@ -138,7 +138,7 @@ def _covariance(columns: Columns) -> dict[str, Column]:
     return {f"covariance_{a}_{b}": Column("float64", f"{units[a]}*{units[b]}") for a in units for b in units}
 
 
-_OPTIONAL = ("age", "unseen", "radius", "wish", "odometry_pose")  # keys: older logs do not have the last
+_OPTIONAL = ("age", "unseen", "radius", "wish")  # keys
 
 
 def _documents(name: str, fields: Mapping[str, Column | Columns], each: str | None = None) -> Table:

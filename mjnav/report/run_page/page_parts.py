@@ -229,7 +229,7 @@ def _notices(run: ShownRun) -> Iterator[str]:
     yield from (f"Missing: {sentence}." for sentence in found.missing)
     if data.stride > 1:
         yield f"Playback and plots have one tick in {data.stride} of {shown(data.ticks)}; figures have all."
-    if data.candidates is None and not any(text.startswith("/candidates:") for text in found.missing):
+    if data.candidates is None:
         yield "This run's method logs no candidates."
 
 

@@ -1,7 +1,6 @@
 from dataclasses import replace
 
 import numpy as np
-from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 
 from mjnav.geometry.angles import wrap
@@ -73,12 +72,3 @@ def test_every_bit_of_the_rows_is_that_of_a_literal_encoder(made_up):
         expected = (x.astype("<f4"), y.astype("<f4"), integers(vx, 1000), integers(vy, 1000), shares(track.weights))
         part = data[data["f5"] == number]
         assert [part[f"f{i}"].tobytes() for i in range(5)] == [column.tobytes() for column in expected]
-
-
-def test_the_float32_columns_of_format_1_are_read():
-    names, table = ("x", "y", "theta", "weight"), np.array([[1.0, 2.0, 0.5, 0.25], [3.0, 4.0, -0.5, 0.75]], "<f4")
-    fields = [PackedElementField(name=n, offset=4 * i, type=PackedElementField.FLOAT32) for i, n in enumerate(names)]
-    found = decode_particles(PointCloud(fields=fields, point_stride=16, data=table.tobytes()))
-    assert {name: values.tolist() for name, values in found.items()} == {
-        name: table[:, i].tolist() for i, name in enumerate(names)
-    }
