@@ -1,12 +1,13 @@
 """`mjnav paper`: the figures and comparisons of Nair et al., run, judged and put on a page."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mjnav.cli import options
 from mjnav.cli.main import INTERRUPTED
+from mjnav.cli.sweep import run
 from mjnav.cli.terminal import interruptible, progress, tell
 from mjnav.errors import unknown_name
 from mjnav.output_files import written
@@ -48,7 +49,7 @@ def execute(arguments: argparse.Namespace) -> int:
     store = Store(folder / ROWS)
     scheduler = options.chosen_scheduler(arguments)
     with interruptible() as stop:
-        complete = arguments.draw or _run(wanted, store, scheduler, stop, arguments)
+        complete = arguments.draw or _run(wanted, store, scheduler, arguments)
         for name in names:
             if not complete or stop():
                 tell("interrupted: the same command resumes, and --draw draws the episodes that are there")
@@ -61,37 +62,15 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _run(
-    wanted: "Sequence[PaperStudy]",
-    store: "Store",
-    scheduler: "Scheduler",
-    stop: Callable[[], bool],
-    arguments: argparse.Namespace,
-) -> bool:
+def _run(wanted: "Sequence[PaperStudy]", store: "Store", scheduler: "Scheduler", arguments: argparse.Namespace) -> bool:
     """Runs the episodes that the store lacks; false where interrupted."""
     from mjnav.paper.episodes import trials
-    from mjnav.study.sweep.sweep import sweep
 
     every = trials(wanted)
     if not every:
         return True
-    num_cells = sum(len(study.cells) for study in wanted)
-
-    def begin(kept: int) -> None:
-        print(f"{num_cells} cells, {len(every)} episodes, {len(every) - kept} of them to run", flush=True)
-
-    with progress("paper", len(every), "episodes") as show:
-        report = sweep(
-            every,
-            store,
-            scheduler,
-            text=f"# {arguments.command_line}\n",
-            resume=True,
-            accept_changed=arguments.accept_changed,
-            stop=stop,
-            begin=begin,
-            progress=lambda done, row: show(done),
-        )
+    print(f"{sum(len(study.cells) for study in wanted)} cells, {len(every)} episodes", flush=True)
+    report = run(arguments, scheduler, "paper", every, store, f"# {arguments.command_line}\n", resume=True)
     if report.failed:
         causes = "; ".join(f"{count} × {cause}" for cause, count in store.causes().most_common(3))
         tell(f"{report.failed} episodes failed: {causes}")

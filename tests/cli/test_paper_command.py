@@ -18,14 +18,14 @@ def test_an_item_is_run_drawn_and_judged_and_nothing_is_run_twice(mjnav, tmp_pat
     said = mjnav("paper", "--only", "table", "--seeds", 1, "-o", "out", "--workers", 1)
     assert (said.code, said.err) == (0, "")
     lines = said.out.splitlines()
-    assert lines[0] == "24 cells, 24 episodes, 24 of them to run"
+    assert lines[0] == "24 cells, 24 episodes"
     assert lines[-1] == "out/index.html"
     findings = json.loads((tmp_path / "out/table/findings.json").read_text())
     assert findings["episodes"] == 24
     assert {finding["verdict"] for finding in findings["findings"]} == {"not decided"}  # of one seed
     assert "goes around in most runs" in (tmp_path / "out/index.html").read_text()
     again = mjnav("paper", "--only", "table", "--seeds", 1, "-o", "out", "--workers", 1)
-    assert again.out.splitlines()[0] == "24 cells, 24 episodes, 0 of them to run"
+    assert again.out.splitlines()[:2] == ["24 cells, 24 episodes", "24 of them are done"]
 
 
 def test_a_page_can_be_drawn_of_nothing(mjnav, tmp_path):
