@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from mjnav.study.bench import Bench
 
 QUICK = 0.1  # of the layouts
+SHARE = options.number(float, 0.0, 1.0, open_low=True)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +35,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--suites", metavar="FILE", help="suites of your own; their rows lie beside it as .parquet")
     parser.add_argument("--suite", action="append", default=[], metavar="NAME", help="one of the suites; repeatable")
     parser.add_argument("--quick", action="store_true", help="a tenth of the layouts")
-    parser.add_argument("--share", type=float, metavar="X", help="another share of the layouts, above 0 and up to 1")
+    parser.add_argument("--share", type=SHARE, default=1.0, metavar="X", help="another share of the layouts")
     parser.add_argument(
         "--set",
         action="append",
@@ -60,9 +61,7 @@ def execute(arguments: argparse.Namespace) -> int:
     outputs = output_paths(arguments)
     if arguments.pareto not in (None, *FIGURES):
         raise unknown_name("--pareto", arguments.pareto, [figure for figure in FIGURES if is_cost(figure)])
-    share = (QUICK if arguments.quick else 1.0) if arguments.share is None else arguments.share
-    if not 0.0 < share <= 1.0:
-        raise InvalidValue("--share", arguments.share, "a number above 0, up to 1")
+    share = QUICK if arguments.quick else arguments.share
     if arguments.reference and (arguments.methods or arguments.suite or arguments.overrides):
         raise InputError("--reference runs all methods of the file of suites in all of them")
     scheduler = options.chosen_scheduler(arguments)

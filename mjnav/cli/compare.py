@@ -68,7 +68,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
-OPTIONS = {"figure": "--figure", "reference": "--reference", "win_by": "--win-by"}
 # Options that only some of a command's three forms take.
 OF_METHODS = ("reference", "pool", "pool_all", "rivals", "ratios", "win_by", "output", "pareto")
 OF_TABLES = ("after", *OF_METHODS, "figure", "require")
@@ -102,22 +101,21 @@ def _methods(arguments: argparse.Namespace) -> int:
     outputs = output_paths(arguments)
     store, study = _results(arguments.study)
     required = options.required(arguments)
-    with options.named(**OPTIONS):
-        results = compare_study(
-            store,
-            study,
-            reference=arguments.reference,
-            figures=[
-                *(arguments.figure or DEFAULT_FIGURES),
-                *requirements.figures_for(required),
-                *filter(None, [arguments.pareto]),
-            ],
-            pool=arguments.pool,
-            pool_all=arguments.pool_all,
-            win_by=arguments.win_by or WIN_BY,
-            rivals=arguments.rivals,
-            ratios=arguments.ratios,
-        )
+    results = compare_study(
+        store,
+        study,
+        reference=arguments.reference,
+        figures=[
+            *(arguments.figure or DEFAULT_FIGURES),
+            *requirements.figures_for(required),
+            *filter(None, [arguments.pareto]),
+        ],
+        pool=arguments.pool,
+        pool_all=arguments.pool_all,
+        win_by=arguments.win_by or WIN_BY,
+        rivals=arguments.rivals,
+        ratios=arguments.ratios,
+    )
 
     def draw(console: "Console") -> None:
         commands = run_commands(study, store.study()) if study is not None else {}
@@ -176,8 +174,7 @@ def _before_after(arguments: argparse.Namespace) -> int:
     after, study = _results(arguments.after)
     required = options.required(arguments)
     figures = [*(arguments.figure or DEFAULT_FIGURES), *requirements.figures_for(required)]
-    with options.named(**OPTIONS):
-        results = before_after(store, after, figures=figures, study=study)
+    results = before_after(store, after, figures=figures, study=study)
     answers = requirements.of_cells(required, requirements.of_before_after(results))
     return _print(
         arguments, lambda: changes_document(results), lambda console: text.write_changes(results, console), answers

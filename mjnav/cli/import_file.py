@@ -21,7 +21,6 @@ from mjnav.scene.overrides import apply, overrides_of
 from mjnav.scene.toml import toml_text
 
 LENGTH, MAX_LENGTH = 30.0, 1e6  # [s] of a window
-_OPTIONS = {"frame_rate": "--frame-rate", "duration": "--duration"}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -43,10 +42,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="HZ",
         help="what the column of frames counts a second: 25 in most files of ETH and UCY, 1 where it counts seconds",
     )
-    parser.add_argument("--people", type=int, metavar="N", help="find a part with this number of people, not the most")
+    parser.add_argument(
+        "--people",
+        type=options.number(int, 1, 1_000_000),
+        metavar="N",
+        help="find a part with this number of people, not the most",
+    )
     parser.add_argument(
         "--duration",
-        type=float,
+        type=options.number(float, 1.0, MAX_LENGTH, "s"),
         metavar="S",
         help=f"of the parts that are listed and found [s]; {LENGTH:g} by default",
     )
@@ -66,19 +70,14 @@ def execute(arguments: argparse.Namespace) -> int:
     arguments.duration = LENGTH if arguments.duration is None else arguments.duration
     output = None if arguments.output is None else new_path("--output", arguments.output, ".toml")
     options.check_needs("--people", "-o FILE.toml", given=arguments.people is not None, met=output is not None)
-    if arguments.people is not None:
-        options.check_whole("--people", arguments.people, 1)
-    if not 1.0 <= arguments.duration <= MAX_LENGTH:
-        raise InvalidValue("--duration", arguments.duration, f"a number from 1 to {MAX_LENGTH:g} s")
     table = _crowd_table(arguments)
     try:
         imported = import_crowd(arguments.file, table, arguments.duration)
         wrote = None if output is None else _write(arguments, imported, table, output)
     except InvalidValue as error:
-        if error.file is not None:
+        if error.file is not None or error.key in ("frame_rate", "duration"):
             raise
-        option = _OPTIONS.get(error.key, f"--set: crowd.{error.key}")
-        raise InvalidValue(option, error.found, error.allowed, nearest=error.nearest) from None
+        raise error.within("crowd", file="--set") from None
     document = _document(imported, wrote)
     if arguments.json:
         print(json.dumps(document, allow_nan=False))

@@ -3,7 +3,6 @@
 import argparse
 import json
 
-from mjnav.cli import options
 from mjnav.cli.terminal import print_table
 from mjnav.study.key_reference import catalogue, kinds, names
 
@@ -20,8 +19,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.kind is None:
         listed = catalogue()
     else:
-        with options.named(kind="KIND"):
-            listed = {arguments.kind.replace("-", " ").replace("_", " "): names(arguments.kind)}
+        listed = {arguments.kind.replace("-", " ").replace("_", " "): names(arguments.kind)}
     if arguments.json:
         document = {kind.replace(" ", "_"): dict(entries) for kind, entries in listed.items()}
         print(json.dumps({"schema": 1, **document}))

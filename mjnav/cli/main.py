@@ -116,7 +116,7 @@ def _exit_code(argv: list[str], guard: Guard) -> int:
             import traceback
 
             traceback.print_exc()
-        tell(str(_in_options(error)))
+        tell(str(error))
         return error.exit_code
     except OSError as error:  # run files and logs raise errors of their own: what is left is standard output's
         _drop_output()
@@ -175,6 +175,8 @@ def _execute(argv: list[str], guard: Guard) -> int:
     with quiet_output() if getattr(arguments, "quiet", False) else nullcontext():
         try:
             return import_module(COMMANDS[arguments.command][0]).execute(arguments)
+        except MjnavError as error:
+            raise _in_options(error, commands[arguments.command]) from error.__cause__
         except (Exception, KeyboardInterrupt):
             raise
         except BaseException as error:  # SystemExit that nothing else caught is no end of ours
@@ -186,31 +188,25 @@ def _execute(argv: list[str], guard: Guard) -> int:
 # ------------------------------------------- errors in the words of options, options of every command
 
 
-OPTIONS: Mapping[str, str] = MappingProxyType(
-    {
-        "controller": "--controller",
-        "overrides": "--set",
-        "seed": "--seed",
-        "scenes": "--scene",
-        "seeds": "--seeds",
-        "scheduler": "--scheduler",
-    }
-)
 _WITH = " with "  # between a file and the arguments that changed it
 
 
-def _in_options(error: MjnavError) -> MjnavError:
-    """The error with options in place of arguments."""
+def _in_options(error: MjnavError, parser: argparse.ArgumentParser) -> MjnavError:
+    """The error with a command's options in place of arguments."""
     if isinstance(error, UntrustedCode):
         other = "--controller NAME" if error.other == "controller=NAME" else None
         return UntrustedCode(error.what, trust="--trust", other=other)
-    if not isinstance(error, InvalidValue) or error.file is None:
+    if not isinstance(error, InvalidValue):
         return error
+    options = {action.dest: action.option_strings[-1] for action in parser._actions if action.option_strings}
+    if error.file is None:
+        key = options.get(error.key, error.key)
+        return InvalidValue(key, error.found, error.allowed, nearest=error.nearest)
     head, between, tail = error.file.rpartition(_WITH)
     words = tail.split(", ")
-    if not all(word in OPTIONS for word in words) or (head and not between):
+    if not all(word in options for word in words) or (head and not between):
         return error
-    return error.within(file=f"{head}{between}{', '.join(OPTIONS[word] for word in words)}")
+    return error.within(file=f"{head}{between}{', '.join(options[word] for word in words)}")
 
 
 def _shows_options(command: str) -> str:

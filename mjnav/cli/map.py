@@ -6,7 +6,7 @@ import json
 import numpy as np
 
 from mjnav.cli import options
-from mjnav.errors import InputError, InvalidValue
+from mjnav.errors import InputError
 from mjnav.log import open_log
 from mjnav.output_files import new_path, written
 from mjnav.scene.load import load
@@ -25,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--resolution",
-        type=float,
+        type=options.number(float, 0.001, 100.0, "m"),
         default=RESOLUTION,
         metavar="M",
         help=f"of a cell [m]; {RESOLUTION:g} by default",
@@ -38,8 +38,6 @@ def execute(arguments: argparse.Namespace) -> int:
     """Writes both files."""
     output = new_path("--output", arguments.output, ".yaml")
     picture = new_path("--output", output.with_suffix(".pgm"), ".pgm")
-    if not 0.001 <= arguments.resolution <= 100.0:
-        raise InvalidValue("--resolution", arguments.resolution, "a number from 0.001 to 100 m")
     if arguments.scene.endswith(".mcap"):
         if arguments.overrides:
             raise InputError("--start and --goal need a scene: a log has its own")
@@ -48,8 +46,7 @@ def execute(arguments: argparse.Namespace) -> int:
         scenario = load(arguments.scene, arguments.overrides)
     floor = floor_of_robot(scenario.walls, scenario.tables, scenario.pillars)
     points = np.array([scenario.robot.start[:2], *scenario.robot.route], float)
-    with options.named(resolution="--resolution"):
-        grid = map_of(floor, points, arguments.resolution, picture.name)
+    grid = map_of(floor, points, arguments.resolution, picture.name)
     for path, content in zip((output, picture), written_map(grid), strict=True):
         with written(path) as file:
             file.write(content)

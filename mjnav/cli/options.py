@@ -5,17 +5,16 @@ own CI.
 """
 
 import argparse
-import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from mjnav.cli.terminal import tell
 from mjnav.errors import InputError, InvalidValue
 from mjnav.loop.supervision import MAX_SECONDS
 from mjnav.scene.overrides import Override
+from mjnav.settings import Range, settled
 
 if TYPE_CHECKING:
     from mjnav.scene.spec import Scenario
@@ -31,22 +30,18 @@ def check_needs(option: str, needed: str, *, given: bool, met: bool) -> None:
         raise InputError(f"{option} needs {needed}")
 
 
-def check_whole(option: str, value: int, low: int, high: int | None = None) -> None:
-    """A whole number is in its range."""
-    if value < low or (high is not None and value > high):
-        allowed = f"a whole number >= {low}" if high is None else f"a whole number from {low} to {high}"
-        raise InvalidValue(option, value, allowed)
+def number(kind: type, low: float, high: float, unit: str = "", *, open_low: bool = False) -> Callable[[str], Any]:
+    """The `type` of an option that takes a number from `low` to `high`."""
+    hint = Annotated[kind, Range(low, high, unit, open_low)]
 
+    def read(text: str) -> Any:
+        try:
+            return settled(hint, kind(text))
+        except InvalidValue as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
 
-@contextmanager
-def named(**names: str) -> Iterator[None]:
-    """An error about one of these arguments names its option instead."""
-    try:
-        yield
-    except InvalidValue as error:
-        if error.file is not None or error.key not in names:
-            raise
-        raise InvalidValue(names[error.key], error.found, error.allowed, nearest=error.nearest) from None
+    read.__name__ = kind.__name__  # which argparse says of a text that is none
+    return read
 
 
 # -------------------------------------------------------------------------------------------- a scene
@@ -118,20 +113,10 @@ def max_seconds(parser: argparse.ArgumentParser) -> None:
     """--max-seconds."""
     parser.add_argument(
         "--max-seconds",
-        type=float,
+        type=number(float, 0.0, 1e9, "s", open_low=True),
         metavar="S",
         help=f"wall time after which an episode is ended; {MAX_SECONDS:g} by default",
     )
-
-
-def checked_max_seconds(arguments: argparse.Namespace, extra: float = 0.0) -> float:
-    """The value of --max-seconds; without one, the default and `extra`. Raises InvalidValue."""
-    value = arguments.max_seconds
-    if value is None:
-        return MAX_SECONDS + extra
-    if not 0.0 < value < math.inf:
-        raise InvalidValue("--max-seconds", value, "a number of seconds > 0")
-    return value
 
 
 # -------------------------------------------------------------------------------------- many episodes
@@ -140,7 +125,8 @@ def checked_max_seconds(arguments: argparse.Namespace, extra: float = 0.0) -> fl
 def sweep(parser: argparse.ArgumentParser) -> None:
     """--workers, --scheduler, --max-seconds and --accept-changed."""
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=int, metavar="N", help="number of processes; one per processor by default")
+    workers = number(int, 1, 10_000)
+    where.add_argument("--workers", type=workers, metavar="N", help="number of processes; one per processor by default")
     where.add_argument("--scheduler", metavar="ADDRESS", help="run on a Dask scheduler, such as tcp://host:8786")
     max_seconds(parser)
     parser.add_argument(
@@ -154,12 +140,10 @@ def chosen_scheduler(arguments: argparse.Namespace) -> "Scheduler":
     """Where these options let episodes run. Raises InputError, also where nothing answers at the address."""
     from mjnav.study.sweep import schedulers
 
-    num = len(os.sched_getaffinity(0)) if arguments.workers is None else arguments.workers
-    check_whole("--workers", num, 1)
-    max_seconds = checked_max_seconds(arguments)
+    max_seconds = arguments.max_seconds or MAX_SECONDS
     if arguments.scheduler is not None:
         return schedulers.dask(arguments.scheduler, max_seconds)
-    return schedulers.local(num, max_seconds, tell)
+    return schedulers.local(arguments.workers or len(os.sched_getaffinity(0)), max_seconds, tell)
 
 
 # ------------------------------------------------------------------------------------------ --require

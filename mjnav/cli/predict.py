@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 from mjnav.cli import options
 from mjnav.cli.terminal import compile_notice, print_table
-from mjnav.errors import InvalidValue
 
 if TYPE_CHECKING:
     from mjnav.study.prediction import Figure, Measured
 
+SAMPLES = options.number(int, 1, 1_000_000)
+EVERY = options.number(float, 0.0, 1e6, "s", open_low=True)
+RATE = options.number(float, 0.0, 1e6, "Hz", open_low=True)
 HEADS = {
     "ade_m": "ADE [m]",
     "fde_m": "FDE [m]",
@@ -43,12 +45,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="predict from the truth in place of a tracker's beliefs; always so of a recording",
     )
-    parser.add_argument("--samples", type=int, default=25, metavar="N", help="samples of each person; 25 by default")
+    parser.add_argument("--samples", type=SAMPLES, default=25, metavar="N", help="of each person; 25 by default")
     parser.add_argument(
-        "--every", type=float, default=0.4, metavar="S", help="seconds between predictions that count; 0.4 by default"
+        "--every", type=EVERY, default=0.4, metavar="S", help="seconds between predictions that count; 0.4 by default"
     )
     parser.add_argument(
-        "--frame-rate", type=float, metavar="HZ", help="what a recording's column of frames counts a second"
+        "--frame-rate", type=RATE, metavar="HZ", help="what a recording's column of frames counts a second"
     )
     parser.add_argument("--seed", type=int, metavar="N", help="seed, in place of the run file's")
     options.overrides(parser)
@@ -57,11 +59,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Measures and prints the tables."""
-    options.check_whole("--samples", arguments.samples, 1)
-    if not 0.0 < arguments.every < 1e6:
-        raise InvalidValue("--every", arguments.every, "a number of seconds > 0")
-    if arguments.frame_rate is not None and not 0.0 < arguments.frame_rate <= 1e6:
-        raise InvalidValue("--frame-rate", arguments.frame_rate, "a number > 0 and <= 1000000 Hz")
     from mjnav.scene.prediction import CONSTANT_VELOCITY
     from mjnav.study.prediction import Plan, measure
 

@@ -10,7 +10,7 @@ from mjnav.log import open_log
 from mjnav.output_files import output_path
 from mjnav.report.log_pictures import FILM_SIZE, FILMS, FPS, PICTURE_SIZE, Film, picture, save_picture
 
-_FILM_ONLY = ("fps", "speed", "from", "to")
+_FILM_ONLY = {"fps": "--fps", "speed": "--speed", "start": "--from", "end": "--to"}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -21,8 +21,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--at", type=float, metavar="T", help="time of a picture [s]; the end of the run by default")
     parser.add_argument("--fps", type=int, metavar="N", help=f"frames per second of a film; {FPS} by default")
     parser.add_argument("--speed", type=float, metavar="X", help="play a film X times as fast as the run; 1 by default")
-    parser.add_argument("--from", type=float, metavar="T", help="time at which a film begins [s]; the start by default")
-    parser.add_argument("--to", type=float, metavar="T", help="time at which a film ends [s]; the end by default")
+    parser.add_argument("--from", type=float, dest="start", metavar="T", help="where a film begins [s]; 0 by default")
+    parser.add_argument("--to", type=float, dest="end", metavar="T", help="where it ends [s]; the end by default")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -30,23 +30,21 @@ def execute(arguments: argparse.Namespace) -> int:
     output = output_path("--output", arguments.output, ".png", *FILMS)
     is_film = output.suffix.lower() in FILMS
     options.check_needs("--at", "a picture: -o OUT.png", given=arguments.at is not None, met=not is_film)
-    for name in _FILM_ONLY:
-        options.check_needs(
-            f"--{name}", "a film: -o OUT.mp4 or OUT.gif", given=getattr(arguments, name) is not None, met=is_film
-        )
+    for name, option in _FILM_ONLY.items():
+        given = getattr(arguments, name) is not None
+        options.check_needs(option, "a film: -o OUT.mp4 or OUT.gif", given=given, met=is_film)
     size = _size(arguments.size)
     log = open_log(arguments.log)
     log.scenario()  # says best what another program's file lacks
-    with options.named(start="--from", end="--to", at="--at", size="--size", fps="--fps", speed="--speed"):
-        if not is_film:
-            pixels, time = picture(log, arguments.at, size=size)
-            save_picture(pixels, output)
-            print(f"{output}: {time:.1f} s")
-            return 0
-        film = Film(log, size, output)
-        fps = FPS if arguments.fps is None else arguments.fps
-        speed = 1.0 if arguments.speed is None else arguments.speed
-        timing = film.timing(getattr(arguments, "from"), arguments.to, fps=fps, speed=speed)
+    if not is_film:
+        pixels, time = picture(log, arguments.at, size=size)
+        save_picture(pixels, output)
+        print(f"{output}: {time:.1f} s")
+        return 0
+    film = Film(log, size, output)
+    fps = FPS if arguments.fps is None else arguments.fps
+    speed = 1.0 if arguments.speed is None else arguments.speed
+    timing = film.timing(arguments.start, arguments.end, fps=fps, speed=speed)
     count = len(timing.times())
     with stoppable(output.name, count, "frames") as step:
         film.write(timing, progress=step)

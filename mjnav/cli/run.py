@@ -17,6 +17,7 @@ from mjnav.log.live import PORT, LiveServer
 from mjnav.log.log_format import check_path
 from mjnav.loop.pacer import POLICIES, profile_table
 from mjnav.loop.prepare import episode_label, load_scenario
+from mjnav.loop.supervision import MAX_SECONDS, RunFault
 from mjnav.messages import TickRecord
 from mjnav.scene.floor_import import WORLDS, floor_tables
 from mjnav.scene.spec import Scenario
@@ -46,6 +47,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow-origin",
         action="append",
+        dest="origin",
         metavar="ORIGIN",
         help="a page that may connect, such as https://viewer.example.org; Foxglove, Lichtblick and local pages may",
     )
@@ -75,10 +77,9 @@ def execute(arguments: argparse.Namespace) -> int:
         tell_left_out(floor_tables(arguments.scene, Path())[1])
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     required = options.required_of_run(arguments, scenario)
-    max_seconds = options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
+    max_seconds = arguments.max_seconds or MAX_SECONDS + (scenario.time_limit if real_time else 0.0)
     from mjnav.loop.events import warnings_of
     from mjnav.loop.run import run, warm_up
-    from mjnav.loop.supervision import RunFault
 
     for warning in warnings_of(scenario):
         tell(warning.text)
@@ -153,7 +154,7 @@ class _Views:
 def _views(arguments: argparse.Namespace, scenario: Scenario) -> Iterator[_Views]:
     """Opens the viewers and says where they are. Raises InputError where one cannot be opened."""
     options.check_needs("--port", "--live", given=arguments.port is not None, met=arguments.live)
-    options.check_needs("--allow-origin", "--live", given=bool(arguments.allow_origin), met=arguments.live)
+    options.check_needs("--allow-origin", "--live", given=bool(arguments.origin), met=arguments.live)
     told: set[str] = set()
 
     def refused(reason: str) -> None:
@@ -170,9 +171,8 @@ def _views(arguments: argparse.Namespace, scenario: Scenario) -> Iterator[_Views
             views = _Views(watch=lambda record: viewer.show(record.truth), closed=lambda: viewer.closed)
         if arguments.live:
             port = PORT if arguments.port is None else arguments.port
-            with options.named(port="--port", origin="--allow-origin"):
-                origins = arguments.allow_origin or ()
-                live = stack.enter_context(LiveServer(scenario, port=port, origins=origins, refused=refused))
+            origins = arguments.origin or ()
+            live = stack.enter_context(LiveServer(scenario, port=port, origins=origins, refused=refused))
             tell(f"live at {live.url}: in Foxglove or Lichtblick, open a Foxglove WebSocket connection to it")
             views = _Views(live, views.watch, views.closed)
         yield views

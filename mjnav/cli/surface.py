@@ -30,7 +30,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--window", choices=WINDOWS, default="bounds", help="all between the limits (bounds, the default), or reachable"
     )
-    parser.add_argument("--grid", type=int, default=GRID, metavar="N", help=f"N x N controls; {GRID} by default")
+    parser.add_argument(
+        "--grid", type=options.number(int, *GRID_RANGE), default=GRID, metavar="N",
+        help=f"N x N controls; {GRID} by default",
+    )  # fmt: skip
     parser.add_argument(
         "-o",
         "--output",
@@ -46,7 +49,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     controller = require_candidates(build_controller(scenario), scenario.control.method)
-    options.check_whole("--grid", arguments.grid, *GRID_RANGE)
     if arguments.output is None:
         make_out_folder()
         picture = OUT_FOLDER / f"{file_stem(scenario, f'{arguments.at:g}s')}-surface.png"

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from mjnav.cli import options
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.terminal import interruptible, progress, tell
-from mjnav.errors import InputError, MjnavError, unknown_name
+from mjnav.errors import InputError, MjnavError
 from mjnav.loop.prepare import OUT_FOLDER
-from mjnav.study.keep import KINDS
+from mjnav.study.keep import check_kind
 from mjnav.study.study_file import load_study, study_text
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     parser.add_argument("study", metavar="STUDY", help="a shipped study's name, or the path of a study file")
     parser.add_argument(
-        "--scene", action="append", default=[], metavar="SCENE", help="a scene in place of the study's; may be repeated"
+        "--scene", action="append", default=[], dest="scenes", metavar="SCENE", help="in place of the study's"
     )
     parser.add_argument("--seeds", type=int, metavar="N", help="number of seeds, from the study's first on")
     options.overrides(parser)
@@ -48,8 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Runs the missing episodes and prints where the rows are; 1 where episodes failed."""
-    if arguments.keep_logs not in KINDS:
-        raise unknown_name("--keep-logs", arguments.keep_logs, KINDS)
+    check_kind(arguments.keep_logs)
     study = load_study(arguments.study)
     if arguments.seeds is not None:
         study = study.with_seeds(arguments.seeds)
@@ -60,7 +59,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from mjnav.study.sweep.sweep import check, trials
 
     store = Store(folder)
-    cells = resolve(study, arguments.overrides, arguments.scene)
+    cells = resolve(study, arguments.overrides, arguments.scenes)
     wanted = trials(study, cells)
     scheduler = options.chosen_scheduler(arguments)
 
@@ -114,7 +113,7 @@ def run(
         def begin(kept: int) -> None:
             nonlocal kept_before
             kept_before = kept
-            if kept and not arguments.json:
+            if kept and not getattr(arguments, "json", False):
                 print(f"{kept} of them are done", flush=True)
 
         try:
@@ -125,4 +124,5 @@ def run(
         except MjnavError as error:
             if isinstance(error, InputError) or kept_before is None:
                 raise
-            raise MjnavError(f"{error}\nfinished episodes are kept: --resume continues") from None
+            how = "the same command continues" if options.get("resume") else "--resume continues"
+            raise MjnavError(f"{error}\nfinished episodes are kept: {how}") from None

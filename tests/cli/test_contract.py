@@ -138,7 +138,7 @@ run hall --port 8765 -> --port needs --live
 run crossing1 --view -> no display: use `mjnav run --live`
 run hall --live --port 70000 -> --port: found 70000; allowed: a whole number from 0 to 65535
 run hall --require time>=5 -> did you mean 'time_s'?
-run hall --max-seconds 0 -> --max-seconds: found 0.0; allowed: a number of seconds > 0
+run hall --max-seconds 0 -> --max-seconds: found 0.0; allowed: a number > 0 and
 rate-test hal -> did you mean 'hall'?
 rate-test hall --rate 0 -> rate: found 0.0; allowed: a number from 0.1 to 1000 Hz
 rate-test hall --rate 33.3333 -> a rate with a time step in common with sensors.rate (10 Hz)
@@ -149,13 +149,13 @@ surface crossing1 --at 1 -o a.jpg -> --output: found 'a.jpg'; allowed: a file na
 show HALL -> did you mean 'hall'?
 show rooms --set layuot.seed=7 -> did you mean 'layout'?
 show hall -o two.toml -> two.toml: exists already; choose another name
-list chanels -> KIND: found 'chanels'
+list chanels -> kind: found 'chanels'
 keys robot.raduis -> did you mean 'robot.radius'?
 keys --controller rkhz -> did you mean 'rkhs'?
 keys --study --controller rkhs -> --controller needs run files: leave out --study
 completion tcsh -> 'tcsh'
 sweep crosings -> did you mean 'crossings'?
-sweep two.toml --workers 0 -> --workers: found 0; allowed: a whole number >= 1
+sweep two.toml --workers 0 -> --workers: found 0; allowed: a whole number from 1 to 10000
 sweep two.toml --scene hal -> --scene: scene: found 'hal'
 sweep two.toml --set time_limt=3 -> --set: time_limt: found 'time_limt'
 compare crossings -> runs/out/crossings: no results of a sweep; mjnav sweep crossings makes them
@@ -169,7 +169,7 @@ paper --seeds 0 -> --seeds: found 0
 import crowd gone.txt --frame-rate 25 -> gone.txt: found nothing; allowed: a recording that can be read (No such file
 import crowd walkers.txt -> --frame-rate: found nothing; allowed: what the column of frames counts a second: 25
 import crowd walkers.txt --people 3 -> --people needs -o FILE.toml
-import crowd walkers.txt --duration 0 -> --duration: found 0.0; allowed: a number from 1 to 1e+06 s
+import crowd walkers.txt --duration 0 -> --duration: found 0.0; allowed: a number from 1 to 1000000 s
 import crowd walkers.txt --frame-rate 25 --set crowd.scal=2 -> --set: crowd.scal: found 'scal'; allowed: crop,
 import crowd walkers.txt --frame-rate 25 -o c.toml --set crowd.window=[90.0,99.0] -> --set: crowd.window: found (90.0
 import crowd walkers.txt --frame-rate 25 -o c.toml --set robot.radus=1 -> c.toml: robot.radus: found 'radus'; allowed
