@@ -18,7 +18,6 @@ SCENARIO, REPLAY, MODEL, LAYOUT = "scenario.toml", "replay.toml", "model.xml.gz"
 
 FORMAT = 2
 FORMAT_KEY = "log_format"  # of the metadata mjnav/run
-EPOCH_KEY = "epoch_ns"  # how much later than simulated time the stamps are [ns]; only in a log in wall time
 FRAMES_KEY, FRAMES = "frames", "map, odom, base_link, lidar; base_link_truth"
 
 CHUNK_SIZE = 192 * 1024  # [bytes] before compression; LZ4 takes 40 % less time a tick than Zstandard and 20 % more room
@@ -62,9 +61,3 @@ def check_version(path: Path, run: Mapping[str, str]) -> None:
     """Raises InputError for a log of another format than this version writes."""
     if (found := run.get(FORMAT_KEY, "1")) != str(FORMAT):
         raise InputError(f"{path}: of log format {found[:20]!r}; this version of mjnav reads {FORMAT}")
-
-
-def epoch_ns(run: Mapping[str, str] | None) -> int:
-    """How much later than simulated time a log's stamps are [ns], from the metadata mjnav/run."""
-    found = (run or {}).get(EPOCH_KEY, "")
-    return int(found) if found.isascii() and found.isdigit() and len(found) < 20 else 0

@@ -12,7 +12,6 @@ import numpy as np
 
 from mjnav.errors import DamagedLogError
 from mjnav.log.encode.plan import decode_plan
-from mjnav.log.log_format import epoch_ns
 from mjnav.log.read.log import Log
 from mjnav.messages import Array, PlanShown
 from mjnav.noise import Distribution, profile
@@ -43,12 +42,12 @@ class ShownScan:
     ranges: Array  # (B,) [m], less the lidar's mean error as estimators take them; inf where a beam met nothing
 
     @classmethod
-    def of(cls, message: Any, scenario: Scenario, epoch: int) -> "ShownScan":
-        """Of a foxglove.LaserScan, whose stamp counts from `epoch` [ns]."""
+    def of(cls, message: Any, scenario: Scenario) -> "ShownScan":
+        """Of a foxglove.LaserScan."""
         ranges, noise = np.array(message.ranges, float), range_noise(scenario)
         if noise is not None:
             ranges = ranges - scenario.sensors.scanner.known_bias(ranges, noise)
-        return cls(1e-9 * (message.timestamp.ToNanoseconds() - epoch), ranges)
+        return cls(1e-9 * message.timestamp.ToNanoseconds(), ranges)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,14 +105,14 @@ class LoggedViews:
             by_scan = scenario.estimation.obstacles.source == "lidar"
             topics = ("/scan", "/detections", "/people/estimate") if by_scan else ("/scan",)
             self._moments |= {topic: {} for topic in topics}
-        run, epoch = log.trajectory(), epoch_ns(log.run)
+        run = log.trajectory()
         way = BelievedWay.of(run.time[: len(run.estimate)], run.estimate)
         for message in log.messages(*self._moments):
             value = message.value
             if message.topic == "/plan":
                 value = _decoded(log, value)
             elif message.topic == "/scan":
-                value = scan_points(ShownScan.of(value, scenario, epoch), scenario.sensors.scanner, way)
+                value = scan_points(ShownScan.of(value, scenario), scenario.sensors.scanner, way)
             elif message.topic == "/detections":
                 value = _rows(3, ([*one["position"], one["radius"]] for one in value["detections"]))
             else:

@@ -288,7 +288,6 @@ class LogContent(Settled):
     drawings: Annotated[
         bool, "also shapes of the candidates, for programs that draw only what a log holds as shapes"
     ] = False
-    wall_time: Annotated[bool, "stamps are the time of day, counted on from the start in simulated time"] = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,7 +55,7 @@ def test_its_points_are_those_of_the_log_each_from_where_the_robot_believed_to_b
     scenario, run = log.scenario(), log.trajectory()
     lidar, way = scenario.sensors.scanner, BelievedWay.of(run.time[:-1], run.estimate)
     scans = [message for message in log.messages("/scan") if message.sequence <= 7]
-    scan = ShownScan.of(scans[-1].value, scenario, 0)
+    scan = ShownScan.of(scans[-1].value, scenario)
     every = ShownScan(scan.first, np.where(np.arange(len(scan.ranges)) % 2 == 0, scan.ranges, np.inf))
     found = np.array(open_page(folder / "scans.html", "#t=0.7").evaluate(POINTS))
     np.testing.assert_allclose(found, scan_points(every, lidar, way), atol=0.012)

@@ -152,7 +152,7 @@ NUM_CORNERS = 2  # of an arc, beside its start
 _DECIDED = line_header(0.05, 0.03, Color(r=0.1, g=0.25, b=1.0, a=1.0))
 
 
-def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: CandidateCosts, epoch: int = 0) -> bytes:
+def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: CandidateCosts) -> bytes:
     """One foxglove.SceneUpdate: each candidate's arc coloured by its rank in total cost, the decided control's bold.
 
     The arcs start at the estimate (3,); control is (v, omega). Cost ranks, not costs: one infeasible candidate
@@ -160,7 +160,7 @@ def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: Candida
     """
     order = np.argsort(costs.total, kind="stable")
     decided = np.asarray(control, float).reshape(1, 2)
-    entity = SceneEntity(timestamp=stamp(time, epoch), frame_id=WORLD_FRAME, id="candidates").SerializeToString()
+    entity = SceneEntity(timestamp=stamp(time), frame_id=WORLD_FRAME, id="candidates").SerializeToString()
     candidates = drawn_paths(_arcs(estimate, costs.v[order], costs.omega[order]))
     chosen = drawn_paths(_arcs(estimate, *decided.T), _DECIDED)
     return delimited(2, entity + candidates + chosen)

@@ -3,7 +3,7 @@
 Frames are those of REP 105: map -> odom -> base_link -> lidar, and beside them map -> base_link_truth. The robot's
 odometry leads from odom to base_link, without jumps but with drift. From map to odom is the correction that brings
 base_link to the mean of the belief. The transform from base_link to lidar is constant. Messages are stamped with
-simulated time, or with wall time where `epoch` [ns] is added to it.
+simulated time.
 
 Source: https://ros.org/reps/rep-0105.html
 """
@@ -31,14 +31,14 @@ LIDAR_FRAME = "lidar"
 TRUE_FRAME = "base_link_truth"
 
 
-def time_ns(time: float, epoch: int = 0) -> int:
-    """Simulated time [s] as the whole nanoseconds that stamp a message, counted from an epoch [ns]."""
-    return round(time * 1e9) + epoch
+def time_ns(time: float) -> int:
+    """Simulated time [s] as the whole nanoseconds that stamp a message."""
+    return round(time * 1e9)
 
 
-def stamp(time: float, epoch: int = 0) -> Any:
+def stamp(time: float) -> Any:
     """Simulated time [s] as a google.protobuf.Timestamp."""
-    seconds, nanos = divmod(time_ns(time, epoch), 1_000_000_000)
+    seconds, nanos = divmod(time_ns(time), 1_000_000_000)
     return {"seconds": seconds, "nanos": nanos}
 
 
@@ -64,9 +64,9 @@ def cylinder(x: float, y: float, radius: float, height: float, color: Color) -> 
 
 
 @lru_cache(maxsize=64)  # all of a tick, and of the readings before it
-def stamped(time: float, epoch: int = 0) -> bytes:
+def stamped(time: float) -> bytes:
     """Field 1 of a message that begins with its timestamp: simulated time [s]."""
-    return PoseInFrame(timestamp=stamp(time, epoch)).SerializeToString()
+    return PoseInFrame(timestamp=stamp(time)).SerializeToString()
 
 
 def _turned(x: float, y: float, heading: float) -> tuple[float, float, float, float]:
@@ -112,15 +112,15 @@ def correction(believed: Array, odometry: Array) -> tuple[float, float, float]:
     return x - c * along + s * across, y - s * along - c * across, turn
 
 
-def encode_transforms(record: TickRecord, lidar: Lidar, epoch: int = 0) -> bytes:
+def encode_transforms(record: TickRecord, lidar: Lidar) -> bytes:
     """foxglove.FrameTransforms: the truth, and after a reading where the robot is by its odometry and by its belief.
 
     The last one is the lidar's place on the robot.
     """
-    data = encode_true_transform(record.truth, epoch)
+    data = encode_true_transform(record.truth)
     if (reading := record.reading) is None:
         return data
-    time, moved = stamped(reading.time, epoch), []
+    time, moved = stamped(reading.time), []
     if record.belief is not None:
         corrected = correction(record.belief.mean, reading.odometry_pose)
         moved.append(_frame(WORLD_FRAME, ODOMETRY_FRAME, 0.0, _turned(*corrected)))
@@ -129,18 +129,18 @@ def encode_transforms(record: TickRecord, lidar: Lidar, epoch: int = 0) -> bytes
     return data + b"".join([delimited(1, time + transform) for transform in moved])
 
 
-def encode_true_transform(truth: WorldState, epoch: int = 0) -> bytes:
+def encode_true_transform(truth: WorldState) -> bytes:
     """foxglove.FrameTransforms with map -> base_link_truth alone."""
     moved = _frame(WORLD_FRAME, TRUE_FRAME, 0.0, _turned(*truth.robot_pose.tolist()))
-    return delimited(1, stamped(truth.time, epoch) + moved)
+    return delimited(1, stamped(truth.time) + moved)
 
 
-def encode_pose(time: float, robot_pose: Array, epoch: int = 0) -> bytes:
+def encode_pose(time: float, robot_pose: Array) -> bytes:
     """foxglove.PoseInFrame: a pose (3,) in the world's frame."""
-    return stamped(time, epoch) + _pose_in_map(_turned(*robot_pose.tolist()))
+    return stamped(time) + _pose_in_map(_turned(*robot_pose.tolist()))
 
 
-def encode_scan(reading: Reading, lidar: Lidar, epoch: int = 0) -> bytes | None:
+def encode_scan(reading: Reading, lidar: Lidar) -> bytes | None:
     """foxglove.LaserScan, stamped with the time of its first beam; None of a reading without a scan.
 
     The beams are evenly spread from the first one's angle to the last one's.
@@ -149,4 +149,4 @@ def encode_scan(reading: Reading, lidar: Lidar, epoch: int = 0) -> bytes | None:
         return None
     taken = float(reading.scan_times[0]) if reading.scan_times.size else reading.time
     scanner = _scanner(float(lidar.angles[0]), float(lidar.angles[-1]))
-    return stamped(taken, epoch) + scanner + delimited(6, np.asarray(reading.scan, "<f8").tobytes())
+    return stamped(taken) + scanner + delimited(6, np.asarray(reading.scan, "<f8").tobytes())

@@ -43,20 +43,20 @@ def _cloud_columns(rows: np.dtype) -> bytes:
     return cloud.SerializeToString()
 
 
-def _cloud(time: float, epoch: int, table: np.ndarray) -> bytes:
+def _cloud(time: float, table: np.ndarray) -> bytes:
     """foxglove.PointCloud of the rows of a table."""
     data = delimited(6, table.tobytes()) if table.size else b""
-    return _cloud_columns(table.dtype) + stamped(time, epoch) + data
+    return _cloud_columns(table.dtype) + stamped(time) + data
 
 
-def encode_robot_particles(belief: RobotBelief, epoch: int = 0) -> bytes:
+def encode_robot_particles(belief: RobotBelief) -> bytes:
     """foxglove.PointCloud of x, y, theta and weight."""
-    return _cloud(belief.time, epoch, _rows(_ROBOT, [belief], "theta"))
+    return _cloud(belief.time, _rows(_ROBOT, [belief], "theta"))
 
 
-def encode_track_particles(time: float, tracks: tuple[Track, ...], epoch: int = 0) -> bytes:
+def encode_track_particles(time: float, tracks: tuple[Track, ...]) -> bytes:
     """foxglove.PointCloud of all tracks' x, y, vx, vy, weight, and the track's place in the tuple."""
-    return _cloud(time, epoch, _rows(_TRACKS, tracks, "vx") if tracks else np.empty(0, _TRACKS))
+    return _cloud(time, _rows(_TRACKS, tracks, "vx") if tracks else np.empty(0, _TRACKS))
 
 
 def _rows(rows: np.dtype, beliefs: Sequence[RobotBelief | Track], first: str) -> np.ndarray:

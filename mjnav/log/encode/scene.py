@@ -125,8 +125,7 @@ class SceneEncoder:
     are kept, and only their numbers are put in anew.
     """
 
-    def __init__(self, scenario: Scenario, epoch: int = 0):
-        self._epoch = epoch
+    def __init__(self, scenario: Scenario):
         self._still = _still(scenario)
         self._radius = scenario.robot.radius
         self._predicts = scenario.prediction is not None  # by default nothing of it is drawn
@@ -147,13 +146,13 @@ class SceneEncoder:
         plan: PlanShown | None = None,
     ) -> bytes:
         """foxglove.SceneUpdate: where people are seen and believed to be, how they and the robot are to go on."""
-        time = stamped(truth.time, self._epoch)
+        time = stamped(truth.time)
         passing = time + self._lifetime
         parts, entities = [self._still], []
         radii = self._radii if truth.people_radius is None else truth.people_radius.tolist()
         for i, ((x, y), radius) in enumerate(zip(truth.people_position.tolist(), radii, strict=True)):
             if isnan(x):  # not there: viewers keep an entity until it is deleted
-                gone = SceneEntityDeletion(timestamp=stamp(truth.time, self._epoch), id=f"person{i}")
+                gone = SceneEntityDeletion(timestamp=stamp(truth.time), id=f"person{i}")
                 parts.append(SceneUpdate(deletions=[gone]).SerializeToString())
             else:
                 entities.append(time + _person(f"person{i}", (x, y, 2.0 * radius)))

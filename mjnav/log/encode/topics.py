@@ -54,10 +54,10 @@ def _true(name: str, text: str, schema: Schema, encode: Callable[[int, WorldStat
     return Topic(name, text, schema, lambda r: encode(r.tick, r.truth), encode, compared=keys)
 
 
-def encode_event(time: float, event: Event, epoch: int = 0) -> bytes:
+def encode_event(time: float, event: Event) -> bytes:
     """foxglove.Log."""
     level = {"info": Log.INFO, "warning": Log.WARNING, "error": Log.ERROR}.get(event.level, Log.UNKNOWN)
-    message = Log(timestamp=geometry.stamp(time, epoch), level=level, name=event.name, message=event.text)
+    message = Log(timestamp=geometry.stamp(time), level=level, name=event.name, message=event.text)
     return message.SerializeToString()
 
 
@@ -66,11 +66,11 @@ def _candidates(record: TickRecord) -> bytes | None:
     return None if costs is None or belief is None else encode_candidates(belief.mean, record.decision, costs)
 
 
-def _arcs(record: TickRecord, epoch: int) -> bytes | None:
+def _arcs(record: TickRecord) -> bytes | None:
     decision, belief = record.decision, record.belief
     if decision.costs is None or belief is None:
         return None
-    return encode_arcs(record.truth.time, belief.mean, (decision.v, decision.omega), decision.costs, epoch)
+    return encode_arcs(record.truth.time, belief.mean, (decision.v, decision.omega), decision.costs)
 
 
 class _Ways:
@@ -87,12 +87,9 @@ class _Ways:
         return json_messages.encode_way(record.tick, o.way, o.map.discs if o.map and self._draws_map else NO_DISCS)
 
 
-def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
-    """Every topic of a run, in the order in which a tick writes them. /events and /tick have writers of their own.
-
-    `epoch` [ns] is added to simulated time in the stamps of protobuf messages.
-    """
-    scene = SceneEncoder(scenario, epoch)
+def topics(scenario: Scenario) -> tuple[Topic, ...]:
+    """Every topic of a run, in the order in which a tick writes them. /events and /tick have writers of their own."""
+    scene = SceneEncoder(scenario)
     lidar = scenario.sensors.scanner
     pose, cloud = foxglove_schema(PoseInFrame), foxglove_schema(PointCloud)
     scene_update, people = foxglove_schema(SceneUpdate), document_schema("mjnav.People")
@@ -102,20 +99,20 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
             "/tf",
             "The frames of the robot and of its lidar in the map, believed and true.",
             foxglove_schema(FrameTransforms),
-            lambda r: geometry.encode_transforms(r, lidar, epoch),
-            lambda tick, final: geometry.encode_true_transform(final, epoch),
+            lambda r: geometry.encode_transforms(r, lidar),
+            lambda tick, final: geometry.encode_true_transform(final),
         ),
         _true(
             "/robot/truth",
             "The robot's true pose.",
             pose,
-            lambda tick, truth: geometry.encode_pose(truth.time, truth.robot_pose, epoch),
+            lambda tick, truth: geometry.encode_pose(truth.time, truth.robot_pose),
         ),
         Topic(
             "/robot/estimate",
             "The mean of the belief about the robot's pose.",
             pose,
-            lambda r: r.belief and geometry.encode_pose(r.truth.time, r.belief.mean, epoch),
+            lambda r: r.belief and geometry.encode_pose(r.truth.time, r.belief.mean),
         ),
         Topic(
             "/robot/state",
@@ -157,8 +154,8 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
             "/scan",
             "The ranges of each whole scan of the lidar, stamped with the time of its first beam.",
             foxglove_schema(LaserScan),
-            lambda r: r.reading and geometry.encode_scan(r.reading, lidar, epoch),
-            encode_reading=lambda reading: geometry.encode_scan(reading, lidar, epoch),
+            lambda r: r.reading and geometry.encode_scan(r.reading, lidar),
+            encode_reading=lambda reading: geometry.encode_scan(reading, lidar),
             compared={"reading": ("ranges",)},
         ),
         Topic(
@@ -184,13 +181,13 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
             "/belief/robot",
             "The particles of the belief about the robot's pose.",
             cloud,
-            lambda r: r.belief and particles.encode_robot_particles(r.belief, epoch),
+            lambda r: r.belief and particles.encode_robot_particles(r.belief),
         ),
         Topic(
             "/belief/obstacles",
             "The particles of the beliefs about the people.",
             cloud,
-            lambda r: particles.encode_track_particles(r.truth.time, r.tracks, epoch),
+            lambda r: particles.encode_track_particles(r.truth.time, r.tracks),
         ),
         Topic(
             "/decision",
@@ -217,7 +214,7 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
             "/candidates/arcs",
             "The candidates as coloured arcs: in a live view, and in a log with log.drawings = true.",
             scene_update,
-            lambda r: _arcs(r, epoch),
+            _arcs,
             drawing=True,
         ),
         Topic(

@@ -30,29 +30,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-def adapter(run: Mapping[str, str] | None) -> Callable[[Any], None] | None:
-    """What changes the messages of a log with this metadata mjnav/run in place; None where they are as they should."""
-    epoch = log_format.epoch_ns(run)
-    if not epoch:
-        return None
-
-    def adapt(value: Any) -> None:
-        if isinstance(value, dict | bytes):
-            return
-        for part in _parts(value):
-            if "timestamp" in part.DESCRIPTOR.fields_by_name and part.HasField("timestamp"):
-                part.timestamp.FromNanoseconds(part.timestamp.ToNanoseconds() - epoch)
-
-    return adapt
-
-
-def _parts(value: Any) -> Iterator[Any]:
-    """A Foxglove message, and the transforms or entities in it."""
-    yield value
-    yield from getattr(value, "transforms", ())
-    yield from getattr(value, "entities", ())
-
-
 MAX_NESTING = 500  # brackets in a value of metadata
 
 
@@ -91,13 +68,6 @@ class TopicSummary:
             if sequence > self.last_sequence + 1:
                 self.skipped += sequence - self.last_sequence - 1
         self.last_ns, self.last_sequence = time_ns, sequence
-
-    def shift(self, epoch: int) -> None:
-        """Counts times from `epoch` [ns] on."""
-        if self.first_ns is not None and self.last_ns is not None:
-            self.first_ns, self.last_ns = self.first_ns - epoch, self.last_ns - epoch
-        if self.max_gap_at_ns is not None:
-            self.max_gap_at_ns -= epoch
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +132,6 @@ class Log:
 
         Raises DamagedLogError where one cannot be decoded as its topic's schema says.
         """
-        epoch, adapt = log_format.epoch_ns(self.run), adapter(self.run)
         factory = DecoderFactory()  # it remembers schemas by their number in this file
         decoders: dict[int, Callable[[bytes], Any]] = {}
         for schema, channel, message in self._encoded(*(topics or self.topics)):
@@ -170,12 +139,10 @@ class Log:
                 if (decode := decoders.get(channel.id)) is None:
                     decode = decoders[channel.id] = _decoder(factory, schema, channel.message_encoding)
                 value = decode(message.data)
-                if adapt is not None:
-                    adapt(value)
             except Exception as error:  # protobuf's descriptor pool documents none of its exceptions
                 what = f"{channel.topic} holds what its schema does not say ({error})"
                 raise DamagedLogError(f"{self.path}: damaged: {what}") from error
-            yield LogMessage(channel.topic, message.log_time - epoch, message.sequence, value)
+            yield LogMessage(channel.topic, message.log_time, message.sequence, value)
 
     def table(self, name: str) -> "DataFrame":
         """A topic's table, with the columns and values of `mjnav export --format csv`.
@@ -295,8 +262,6 @@ def open_log(path: str | os.PathLike[str], *, allow_damage: bool = False) -> Log
     run = metadata.get(log_format.RUN)
     if run is not None:
         log_format.check_version(path, run)
-    for topic in topics.values():
-        topic.shift(log_format.epoch_ns(run))
     return Log(
         path=path,
         size=path.stat().st_size,

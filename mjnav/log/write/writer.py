@@ -7,7 +7,6 @@ import errno
 import gzip
 import json
 import os
-import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -22,7 +21,6 @@ from mjnav.log.encode.json_messages import encode_timing
 from mjnav.log.encode.topics import EVENTS, TIMING, Topic, encode_event, topics
 from mjnav.log.live import LiveServer
 from mjnav.log.log_format import (
-    EPOCH_KEY,
     FORMAT,
     FORMAT_KEY,
     FRAMES,
@@ -121,9 +119,7 @@ class Recorder:
     `mjnav/run` (seed, scene, controller, versions, argv, ...), `model_xml` the attachment `model.xml.gz`. A log that is
     `threaded` encodes and writes on a separate thread: slower in total, but not within the tick in real time. Where
     the disk cannot keep up, such a log drops ticks rather than hold the loop up; `dropped` counts their parts. What is
-    written goes to the clients of `live`, too; `path` may then be None for no file.
-
-    Stamps are simulated time, with the scenario's `log.wall_time` counted from when this object is made.
+    written goes to the clients of `live`, too; `path` may then be None for no file. Stamps are simulated time.
 
     Where the disk takes no more, or the file is deleted or truncated, a call soon after raises LogError, and
     so does every later one. The file then keeps the whole records before and, where there is room, the result.
@@ -140,16 +136,14 @@ class Recorder:
         live: LiveServer | None = None,
     ):
         self.path = None if path is None else check_path(path)
-        wall_time = scenario.log is not None and scenario.log.wall_time
-        self._epoch = time.time_ns() if wall_time else 0
-        self._run_info = {**run_info, FRAMES_KEY: FRAMES} | ({EPOCH_KEY: str(self._epoch)} if wall_time else {})
+        self._run_info = {**run_info, FRAMES_KEY: FRAMES}
         self._attachments = (
             (SCENARIO, "application/toml", dumps(scenario).encode()),
             (MODEL, "application/gzip", gzip.compress(model_xml.encode(), mtime=0)),
             (LAYOUT, "application/json", Path(__file__).with_name(LAYOUT).read_bytes()),
         )
         drawings = scenario.log is not None and scenario.log.drawings
-        every = topics(scenario, self._epoch)
+        every = topics(scenario)
         self._live_only = frozenset(topic.name for topic in every if topic.drawing and not drawings)
         self._topics = tuple(t for t in every if live is not None or t.name not in self._live_only)
         self._awaited = tuple(t for t in self._topics if t.occasional and path is not None)  # by the file
@@ -188,7 +182,7 @@ class Recorder:
     def write(self, record: TickRecord) -> None:
         """One tick: everything but its timing, which is known only afterwards."""
         self.open()
-        now = time_ns(record.truth.time, self._epoch)
+        now = time_ns(record.truth.time)
         self._last = record.tick, now
         self._put(self._encoded(record, now), may_drop=True)
 
@@ -197,7 +191,7 @@ class Recorder:
         for reading in record.readings_before:
             for topic in self._topics:
                 if topic.encode_reading is not None and (data := topic.encode_reading(reading)) is not None:
-                    yield Message(self._channels[topic.name], time_ns(reading.time, self._epoch), record.tick, data)
+                    yield Message(self._channels[topic.name], time_ns(reading.time), record.tick, data)
         for topic in self._topics:
             if topic.encode is not None and (data := topic.encode(record)) is not None:
                 if topic.occasional and self._awaited:
@@ -205,7 +199,7 @@ class Recorder:
                     self._awaited = ()
                 yield Message(self._channels[topic.name], now, record.tick, data)
         for event in record.events:
-            yield Message(self._channels[EVENTS], now, record.tick, encode_event(record.truth.time, event, self._epoch))
+            yield Message(self._channels[EVENTS], now, record.tick, encode_event(record.truth.time, event))
 
     def write_timing(self, timing: TickTiming) -> None:
         """The timing of the tick that was written last."""
@@ -226,15 +220,13 @@ class Recorder:
         `replay`, where it is not the run's own, is the scenario that repeats it: the attachment `replay.toml`.
         """
         self.open()
-        now, tick = time_ns(final.time, self._epoch), self._last[0] + 1
+        now, tick = time_ns(final.time), self._last[0] + 1
         batch = [
             Message(self._channels[topic.name], now, tick, topic.encode_final(tick, final))
             for topic in self._topics
             if topic.encode_final is not None
         ]
-        batch += [
-            Message(self._channels[EVENTS], now, tick, encode_event(final.time, event, self._epoch)) for event in events
-        ]
+        batch += [Message(self._channels[EVENTS], now, tick, encode_event(final.time, event)) for event in events]
         try:
             self._put(batch)
         finally:
@@ -336,7 +328,7 @@ class Recorder:
             return "nothing of it is left"
         except OSError:
             return "what is left of it can be read"
-        return f"it can be read at least up to {(flushed - self._epoch) // 10**8 / 10:.1f} s"
+        return f"it can be read at least up to {flushed // 10**8 / 10:.1f} s"
 
 
 def _end(writer: Writer, result: Mapping[str, str] | None, replay: Scenario | None) -> None:

@@ -13,7 +13,6 @@ from mjnav.geometry.distances import ellipse_95
 from mjnav.log.encode.candidates import NUM_LEVELS, level_bounds
 from mjnav.log.encode.particles import decode_particles
 from mjnav.log.encode.plan import MOST_PEOPLE, MOST_SAMPLES, SUFFIX, decode_plan
-from mjnav.log.log_format import epoch_ns
 from mjnav.log.read.log import Log
 from mjnav.log.read.records import EXPORT, FREE_EXPORT, Budget
 from mjnav.log.read.ticks import NOT_OURS
@@ -122,7 +121,7 @@ class RunFrames:
             parameters.get("num_v", defaults.num_v),
             parameters.get("num_omega", defaults.num_omega),
         )
-        self._scenario, self._epoch = scenario, epoch_ns(log.run)
+        self._scenario = scenario
         self.by_scans = goes_by_scans(scenario)
         self._read(log, predicts=scenario.prediction is not None)
 
@@ -252,7 +251,7 @@ class RunFrames:
             self.ways[frame] = {self._places.get(name, name): way for name, way in ways.items()}
 
     def _scan(self, frame: int, value: Any) -> None:
-        self.scans[frame] = ShownScan.of(value, self._scenario, self._epoch)
+        self.scans[frame] = ShownScan.of(value, self._scenario)
 
     def _detections(self, frame: int, value: Mapping[str, Any]) -> None:
         rows = [[*one["position"], one["radius"], *ellipse_95(one["covariance"])] for one in value["detections"]]

@@ -12,14 +12,14 @@ from mjnav.messages import Detection
 def test_a_person_has_a_name_and_the_estimate_its_own_entity_beside_it(scenario, made_up):
     record = made_up.record(4)
     track = replace(record.tracks[2], mean=np.array([1.0, 2.0, -0.3, 0.4]))
-    update = SceneUpdate.FromString(SceneEncoder(scenario, 10**18).encode(record.truth, (track,)))
+    update = SceneUpdate.FromString(SceneEncoder(scenario).encode(record.truth, (track,)))
     named = {entity.id: entity for entity in update.entities}
     for i, (x, y) in enumerate(record.truth.people_position.tolist()):
         (body,), (text,) = named[f"person{i}"].cylinders, named[f"person{i}"].texts
         assert (body.pose.position.x, body.pose.position.y, body.size.x) == (x, y, 2 * scenario.people[i].radius)
         assert (text.pose.position.x, text.pose.position.y, text.text) == (x, y, f"person{i}")
     believed = named["person2_estimate"]
-    assert believed.timestamp.ToNanoseconds() == 10**18 + 400_000_000
+    assert believed.timestamp.ToNanoseconds() == 400_000_000
     assert believed.lifetime.ToNanoseconds() == 200_000_000
     (disc,), (arrow,) = believed.cylinders, believed.arrows
     assert (disc.pose.position.x, disc.pose.position.y) == (arrow.pose.position.x, arrow.pose.position.y) == (1.0, 2.0)
