@@ -3,16 +3,12 @@
 import argparse
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mjnav.cli.terminal import compile_notice, print_table, progress, tell
 from mjnav.errors import MjnavError
 from mjnav.printable import printable
-
-if TYPE_CHECKING:
-    from mjnav.study.avoidable import RunVerdict
 
 Document = Mapping[str, Any]
 RUN_HEADS: Mapping[str, str] = MappingProxyType(  # key of a run's document -> head of its column
@@ -66,19 +62,18 @@ def execute(arguments: argparse.Namespace) -> int:
 
     named = [sources(given) for given in arguments.logs]
     meant = {source.path: source for logs, _ in named for source in logs}  # each log once
-    judged: list[RunVerdict] = []
+    runs: list[Document] = []
     errors: list[MjnavError] = []
     with compile_notice(), progress("avoidable", len(meant), "logs") as show:
         for done, source in enumerate(meant.values()):
             try:
-                judged.append(judge(source))
+                runs.append(judge(source))
             except MjnavError as error:
                 errors.append(error)
             show(done + 1)
-    if errors and not judged:
+    if errors and not runs:
         raise errors[0]
-    runs = [asdict(run) for run in judged]
-    methods = {name: asdict(shares) for name, shares in by_method(judged).items()}
+    methods = by_method(runs)
     notes = [note for _, note in named if note is not None]
     if arguments.json:
         print(json.dumps({"schema": 1, "logs": runs, "methods": methods, "notes": notes}))

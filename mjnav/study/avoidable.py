@@ -5,19 +5,21 @@
 `judge` asks the oracle about one log; `by_method` puts the methods beside one another.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from mjnav.errors import InputError, InvalidValue
 from mjnav.log.read.log import open_log
-from mjnav.metrics.intervals import Interval, wilson
+from mjnav.metrics.intervals import wilson
 from mjnav.metrics.oracle import Collision, judged
 from mjnav.study.cells import DEFAULT_SETTING
 from mjnav.study.keep import kept_log
 from mjnav.study.results import find_results
 from mjnav.study.store import Store
 
+Document = Mapping[str, Any]  # as --json prints it
 _COLUMNS = ("scene", "setting", "method", "seed", "success", "error", "log")
 
 
@@ -74,113 +76,64 @@ def _of_study(store: Store) -> tuple[Sequence[Source], str]:
     return logs, note
 
 
-@dataclass(frozen=True, slots=True)
-class CollisionVerdict:
-    """What the oracle says of the first contact of a run."""
-
-    time_s: float
-    kind: str
-    name: str
-    who_moved: str | None  # in words; this and the next two are None of a thing
-    robot_moved: bool | None
-    robot_at_fault: bool | None
-    avoidable_2s_before: bool
-    avoidable_1s_before: bool
-    last_chance_s_before: float | None  # None without one
-
-
-@dataclass(frozen=True, slots=True)
-class RunVerdict:
-    """What the oracle says of one run."""
-
-    log: str
-    scene: str
-    method: str
-    seed: int | None
-    outcome: str | None  # None of a run that did not end
-    collision: CollisionVerdict | None
-    timeout_avoidable: bool | None
-    stalled_s: float
-    stalled_way_free_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class Share:
-    """How many of how many, with Wilson's interval, 95 %; None of nothing."""
-
-    count: int
-    of: int
-    interval: Interval
-
-    @classmethod
-    def of_truths(cls, truths: Sequence[bool]) -> "Share":
-        """How many are true."""
-        return cls(sum(truths), len(truths), wilson(sum(truths), len(truths)))
-
-
-@dataclass(frozen=True, slots=True)
-class MethodShares:
-    """The runs of one method, over all scenes."""
-
-    runs: int
-    robot_at_fault: Share  # collisions with a person that were the robot's fault, of all collisions
-    avoidable_2s_before: Share  # of the collisions
-    avoidable_1s_before: Share
-    timeout_avoidable: Share  # of the time-outs
-    mean_stalled_s: float
-    mean_stalled_way_free_s: float
-
-
-def judge(source: Source) -> RunVerdict:
-    """Opens a log and asks the oracle. Raises what `open_log` and `Log.trajectory` raise."""
+def judge(source: Source) -> Document:
+    """What the oracle says of a log. Raises what `open_log` and `Log.trajectory` raise."""
     log = open_log(source.path)
     log.check_ours()
     scenario, outcome = log.scenario(), (log.result or {}).get("outcome")
     judgement = judged(log.trajectory(), scenario, outcome=outcome)
-    return RunVerdict(
-        log=str(source.path),
-        scene=scenario.name,
-        method=source.method or (log.run or {}).get("controller", scenario.control.method),
-        seed=scenario.seed,
-        outcome=outcome,
-        collision=None if judgement.collision is None else _verdict(judgement.collision),
-        timeout_avoidable=judgement.timeout,
-        stalled_s=judgement.rest.total,
-        stalled_way_free_s=judgement.rest.free,
-    )
+    return {
+        "log": str(source.path),
+        "scene": scenario.name,
+        "method": source.method or (log.run or {}).get("controller", scenario.control.method),
+        "seed": scenario.seed,
+        "outcome": outcome,  # None of a run that did not end
+        "collision": judgement.collision and _verdict(judgement.collision),
+        "timeout_avoidable": judgement.timeout,
+        "stalled_s": judgement.rest.total,
+        "stalled_way_free_s": judgement.rest.free,
+    }
 
 
-def _verdict(collision: Collision) -> CollisionVerdict:
+def _verdict(collision: Collision) -> Document:
+    """Of the first contact of a run."""
     contact, touch, (two_seconds, one_second) = collision.contact, collision.touch, collision.avoidable
-    return CollisionVerdict(
-        time_s=contact.time,
-        kind=contact.kind,
-        name=contact.name,
-        who_moved=None if touch is None else str(touch),
-        robot_moved=None if touch is None else touch.moving,
-        robot_at_fault=None if touch is None else touch.at_fault,
-        avoidable_2s_before=two_seconds,
-        avoidable_1s_before=one_second,
-        last_chance_s_before=collision.last_chance,
-    )
+    return {
+        "time_s": contact.time,
+        "kind": contact.kind,
+        "name": contact.name,
+        "who_moved": None if touch is None else str(touch),  # in words; this and the next two are None of a thing
+        "robot_moved": None if touch is None else touch.moving,
+        "robot_at_fault": None if touch is None else touch.at_fault,
+        "avoidable_2s_before": two_seconds,
+        "avoidable_1s_before": one_second,
+        "last_chance_s_before": collision.last_chance,  # None without one
+    }
 
 
-def by_method(runs: Iterable[RunVerdict]) -> dict[str, MethodShares]:
-    """The runs of each method together, in the order in which the methods come."""
-    groups: dict[str, list[RunVerdict]] = {}
+def by_method(runs: Iterable[Document]) -> dict[str, Document]:
+    """The shares of each method over all scenes, in the order in which the methods come."""
+    groups: dict[str, list[Document]] = {}
     for run in runs:
-        groups.setdefault(run.method, []).append(run)
+        groups.setdefault(run["method"], []).append(run)
     return {method: _shares(of_method) for method, of_method in groups.items()}
 
 
-def _shares(runs: Sequence[RunVerdict]) -> MethodShares:
-    collisions = [run.collision for run in runs if run.collision is not None]
-    return MethodShares(
-        len(runs),
-        Share.of_truths([bool(collision.robot_at_fault) for collision in collisions]),
-        Share.of_truths([collision.avoidable_2s_before for collision in collisions]),
-        Share.of_truths([collision.avoidable_1s_before for collision in collisions]),
-        Share.of_truths([run.timeout_avoidable for run in runs if run.timeout_avoidable is not None]),
-        mean_stalled_s=sum(run.stalled_s for run in runs) / len(runs),
-        mean_stalled_way_free_s=sum(run.stalled_way_free_s for run in runs) / len(runs),
-    )
+def _shares(runs: Sequence[Document]) -> Document:
+    collisions = [run["collision"] for run in runs if run["collision"] is not None]
+    time_outs = [run for run in runs if run["timeout_avoidable"] is not None]
+    return {
+        "runs": len(runs),
+        "robot_at_fault": _share(collisions, "robot_at_fault"),  # collisions with a person, of all collisions
+        "avoidable_2s_before": _share(collisions, "avoidable_2s_before"),
+        "avoidable_1s_before": _share(collisions, "avoidable_1s_before"),
+        "timeout_avoidable": _share(time_outs, "timeout_avoidable"),
+        "mean_stalled_s": sum(run["stalled_s"] for run in runs) / len(runs),
+        "mean_stalled_way_free_s": sum(run["stalled_way_free_s"] for run in runs) / len(runs),
+    }
+
+
+def _share(documents: Sequence[Document], key: str) -> Document:
+    """How many of how many, with Wilson's interval, 95 %; None of nothing."""
+    count = sum(bool(document[key]) for document in documents)
+    return {"count": count, "of": len(documents), "interval": wilson(count, len(documents))}
