@@ -7,7 +7,7 @@ from dataclasses import fields
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from mjnav.cli.terminal import print_drawn, print_lines, print_table
+from mjnav.cli.terminal import print_drawn, print_lines, print_table, shown
 from mjnav.errors import DamagedLogError
 from mjnav.printable import printable
 
@@ -127,9 +127,7 @@ def _timing(timing: "InspectedTiming | None") -> Iterator[str]:
         return
     yield f"  {'ms':10}  {'p50':>8}  {'p99':>8}  {'max':>8}"
     for name, quantiles in {**timing.compute_ms, "lateness": timing.lateness_ms}.items():
-        yield f"  {name:10}  " + "  ".join(
-            f"{'-' if value is None else f'{value:.3f}':>8}" for value in quantiles.values()
-        )
+        yield f"  {name:10}  " + "  ".join(f"{shown(value, '.3f'):>8}" for value in quantiles.values())
     yield from _named({key: getattr(timing, key) for key in ("deadline_misses", "real_time_factor", "work_factor")})
 
 
@@ -142,7 +140,7 @@ def _not_yet_said(found: "Inspection") -> dict[str, Any]:
 
 def _print_rows(texts: Sequence[str], columns: Columns, rows: Iterable[tuple[str, ...]], values: Iterable[Any]) -> None:
     """A row for each of the values: its texts under the first heads, then its numbers."""
-    numbers = ([_number(getattr(value, key), form) for key, _, form in columns] for value in values)
+    numbers = ([shown(getattr(value, key), form) for key, _, form in columns] for value in values)
     lines = [(*map(printable, row), *line) for row, line in islice(zip(rows, numbers, strict=True), _MAX_LINES)]
     heads = (*texts, *(head for _, head, _ in columns))
     print_table(lines, heads, numbers=range(len(texts), len(heads)))
@@ -182,10 +180,6 @@ def _text(value: object) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{printable(key)} {_text(part)}" for key, part in value.items())
     return printable(value)
-
-
-def _number(value: float | None, form: str) -> str:
-    return "-" if value is None else format(value, form)
 
 
 def _size(size: float) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 from mjnav.cli import options
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.terminal import compile_notice, interruptible, print_lines, progress, tell
+from mjnav.cli.terminal import compile_notice, interruptible, print_lines, progress, shown, tell
 from mjnav.log.log_format import check_path
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.realtime.stress import shuttling
@@ -62,13 +62,13 @@ def describe(s: Mapping[str, Any]) -> Iterator[str]:
     yield f"{s['scene']}, {s['controller']}: {s['status']} at {s['requested_hz']:g} Hz"
     yield (
         f"  rate          {s['achieved_hz']:.4g} Hz achieved, {s['ticks']} ticks of {1e3 / s['requested_hz']:.4g} ms "
-        f"({s['timestep_ms']:.3g} ms of physics a step), {_text(s['real_time_factor'], '.4f')} × real time"
+        f"({s['timestep_ms']:.3g} ms of physics a step), {shown(s['real_time_factor'], '.4f')} × real time"
     )
     yield f"  deadlines     {_missed(s)}, {s['skipped_periods']} periods skipped"
     yield from _longest(s["missed"])
     where = f" in tick {blamed['tick']}, phase {blamed['phase']}" if blamed else ""
     yield f"  overrun       {s['longest_overrun_ms']:.2f} ms{where}"
-    levels = ", ".join(f"{_text(wake[key], '.1f')} {key}" for key in wake)
+    levels = ", ".join(f"{shown(wake[key], '.1f')} {key}" for key in wake)
     yield f"  wake-up       µs behind the deadline: {levels}"
     yield f"  log           {s['log_dropped']} parts of ticks dropped"
     yield (
@@ -82,7 +82,7 @@ def describe(s: Mapping[str, Any]) -> Iterator[str]:
     yield f"  load          {s['load']}; load average {s['load_average']}"
     yield "  compute [ms]  p50     p99     max"
     for phase, values in s["compute_ms"].items():
-        yield f"    {phase:10}" + "".join(f"  {_text(values[key], '6.3f')}" for key in ("p50", "p99", "max"))
+        yield f"    {phase:10}" + "".join(f"  {shown(values[key], '6.3f')}" for key in ("p50", "p99", "max"))
     yield f"  {s['status']}, by the first of these that holds:"
     yield from (f"    {name:12}  {rule}" for name, rule in RULES)
     yield "    what was missed or skipped through the machine does not count"
@@ -102,7 +102,3 @@ def _longest(misses: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         yield f"    tick {miss['tick']:<6d}  {miss['milliseconds']:.2f} ms over, {where}: the {miss['cause']}"
     if len(misses) > MAX_NAMED:
         yield f"    the longest {MAX_NAMED}"
-
-
-def _text(value: float | None, form: str) -> str:
-    return "-" if value is None else format(value, form)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from mjnav.cli import options
 from mjnav.cli.import_file import tell_left_out
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.terminal import compile_notice, interruptible, print_lines, progress, tell
+from mjnav.cli.terminal import compile_notice, interruptible, print_lines, progress, shown, tell
 from mjnav.errors import unknown_name
 from mjnav.log.live import PORT, LiveServer
 from mjnav.log.log_format import check_path
@@ -185,41 +185,41 @@ def describe(result: "Result") -> Iterator[str]:
     collisions = ", ".join(f"{n} × {kind}" for kind, n in s["collisions"].items() if n) or "none"
     if s["collisions"]["person"]:
         collisions += f"; {s['robot_at_fault']} by the robot's fault, {s['collisions_at_rest']} while it stood"
-    yield f"{s['scene']}, {s['controller']}, seed {s['seed']}: {s['outcome']} after {_number(s['time_s'], '.1f')} s"
+    yield f"{s['scene']}, {s['controller']}, seed {s['seed']}: {s['outcome']} after {shown(s['time_s'], '.1f')} s"
     yield f"  collisions      {collisions}"
     if s["lane_violation_s"]:
         yield f"  outside lanes   {s['lane_violation_s']:.1f} s"
-    yield f"  min clearance   {_number(s['min_clearance_m'], '.2f')} m"
+    yield f"  min clearance   {shown(s['min_clearance_m'], '.2f')} m"
     if s["people_see_robot"] is not None:
         share = None if s["personal_space_share"] is None else 100.0 * s["personal_space_share"]
         yield (
-            f"  people          least distance {_number(s['min_human_distance_m'], '.2f')} m, {_number(share, '.0f')} %"
+            f"  people          least distance {shown(s['min_human_distance_m'], '.2f')} m, {shown(share, '.0f')} %"
             f" of the time below 1.2 m; {s['people_see_robot']} see the robot"
         )
     if detour["displacement_m"] is not None:
         yield (
-            f"  detour          people are {_number(detour['displacement_m'], '.2f')} m from where they would be"
-            f" without the robot; {_number(detour['path_m'], '.2f')} m and {_number(detour['delay_s'], '.2f')} s more"
+            f"  detour          people are {shown(detour['displacement_m'], '.2f')} m from where they would be"
+            f" without the robot; {shown(detour['path_m'], '.2f')} m and {shown(detour['delay_s'], '.2f')} s more"
             " to their waypoints"
         )
     yield (
-        f"  path            {_number(s['path_length_m'], '.2f')} m, straight {_number(s['straight_line_m'], '.2f')} m, "
-        f"deviation {_number(s['mean_deviation_m'], '.2f')} m mean, {_number(s['max_deviation_m'], '.2f')} m max"
+        f"  path            {shown(s['path_length_m'], '.2f')} m, straight {shown(s['straight_line_m'], '.2f')} m, "
+        f"deviation {shown(s['mean_deviation_m'], '.2f')} m mean, {shown(s['max_deviation_m'], '.2f')} m max"
     )
-    yield f"  control cost    {_number(s['control_cost'], '.2f')}"
+    yield f"  control cost    {shown(s['control_cost'], '.2f')}"
     yield (
-        f"  estimates       robot {_number(s['localization_rmse_m'], '.3f')} m, "
-        f"people {_number(s['tracking_rmse_m'], '.3f')} m RMSE"
+        f"  estimates       robot {shown(s['localization_rmse_m'], '.3f')} m, "
+        f"people {shown(s['tracking_rmse_m'], '.3f')} m RMSE"
     )
     yield f"  infeasible      {s['infeasible_ticks']} of {s['ticks']} ticks"
-    phases = ", ".join(f"{name} {_number(compute[name]['p50'], '.2f')}" for name in compute if name != "tick")
+    phases = ", ".join(f"{name} {shown(compute[name]['p50'], '.2f')}" for name in compute if name != "tick")
     yield (
-        f"  speed           {_number(s['real_time_factor'], '.1f')} × real time; "
-        f"tick {_number(compute['tick']['p50'], '.2f')} ms p50, {_number(compute['tick']['p99'], '.2f')} ms p99"
+        f"  speed           {shown(s['real_time_factor'], '.1f')} × real time; "
+        f"tick {shown(compute['tick']['p50'], '.2f')} ms p50, {shown(compute['tick']['p99'], '.2f')} ms p99"
     )
     yield f"                  ms p50 by phase: {phases}"
     for name, figure in result.metrics.figures.items():
-        yield f"  {name:<15} {_number(s['metrics'][name], '.4g')} {figure.unit}".rstrip()
+        yield f"  {name:<15} {shown(s['metrics'][name], '.4g')} {figure.unit}".rstrip()
     if result.real_time is not None:
         yield f"  real time       {s['deadline_misses']} of {s['ticks']} deadlines missed; {result.real_time}"
     if s["clipped_ticks"]:
@@ -231,10 +231,3 @@ def describe(result: "Result") -> Iterator[str]:
     if s["log"]:
         lost = f" ({result.log_dropped} parts of ticks are missing: the disk could not keep up)"
         yield f"  log             {s['log']}{lost * bool(result.log_dropped)}"
-
-
-def _number(value: float | None, form: str) -> str:
-    if value is None:
-        return "-"
-    text = format(value, form)
-    return text if float(text) else text.removeprefix("-")  # no -0.00

@@ -197,6 +197,12 @@ def print_table(rows: Sequence[Sequence[str]], heads: Sequence[str] = (), *, num
     print_drawn(lambda console: console.print(table))
 
 
+def shown(value: Any, form: str) -> str:
+    """A value of the form; "-" for None."""
+    text = "-" if value is None else format(value, form)
+    return text if text.strip("-0.") else text.removeprefix("-") or text  # no -0.00
+
+
 def print_lines(lines: Sequence[str]) -> None:
     """Prints lines."""
     for line in lines:
