@@ -3,7 +3,7 @@
 import argparse
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import asdict
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from mjnav.errors import DamagedLogError
 from mjnav.printable import printable
 
 if TYPE_CHECKING:
-    from mjnav.report.inspection import InspectedTiming, Inspection
+    from mjnav.report.inspection import Inspection
     from mjnav.report.worst_moments import WorstMoment
 
 _RUN = ("scene", "controller", "seed", "engine")  # of the metadata, in one line
@@ -20,7 +20,7 @@ _VERSION = "version."
 _MAX_LINES = 500  # of a section, and topics
 _MAX_WIDTH = 60  # [characters] that a short name is padded to, because of a long one
 
-Columns = Sequence[tuple[str, str, str]]  # attribute, head and form of the numbers of a row
+Columns = Sequence[tuple[str, str, str]]  # key, head and form of the numbers of a row
 _BELIEFS = (
     *(("ticks", "ticks", "d"), ("rmse_m", "RMSE [m]", ".3f"), ("nees", "NEES", ".2f"), ("coverage", "coverage", ".1%")),
     *(("divergences", "diverged", "d"), ("ess_min", "least ESS", ".1f"), ("ess_mean", "mean ESS", ".1f")),
@@ -51,7 +51,7 @@ def execute(arguments: argparse.Namespace) -> int:
         _print(found)
     if found.damage is not None:
         sys.stdout.flush()
-        raise DamagedLogError(found.damage.error)
+        raise DamagedLogError(found.damage["error"])
     return 0
 
 
@@ -69,9 +69,11 @@ def _print(found: "Inspection") -> None:
         _show(title, lines)
     if found.beliefs:
         _print_title("beliefs")
-        _print_rows(("of", "by"), _BELIEFS, [(belief.body, belief.by) for belief in found.beliefs], found.beliefs)
+        _print_rows(
+            ("of", "by"), _BELIEFS, [(belief.body, belief.by) for belief in found.beliefs], map(asdict, found.beliefs)
+        )
     print()
-    names = [(name, topic.schema) for name, topic in found.topics.items()]
+    names = [(name, topic["schema"]) for name, topic in found.topics.items()]
     _print_rows(("topic", "schema"), _TOPICS, names, found.topics.values())
     if len(found.topics) > _MAX_LINES:
         print(f"{len(found.topics) - _MAX_LINES} topics more, which --json has")
@@ -122,25 +124,24 @@ def _moments(moments: Sequence["WorstMoment"]) -> Iterator[str]:
         yield f"  {m.time_s:8.2f} s  tick {m.tick:<6d}  {m.kind:12}  {printable(m.text)}"
 
 
-def _timing(timing: "InspectedTiming | None") -> Iterator[str]:
+def _timing(timing: Mapping[str, Any] | None) -> Iterator[str]:
     if timing is None:
         return
     yield f"  {'ms':10}  {'p50':>8}  {'p99':>8}  {'max':>8}"
-    for name, quantiles in {**timing.compute_ms, "lateness": timing.lateness_ms}.items():
+    for name, quantiles in {**timing["compute_ms"], "lateness": timing["lateness_ms"]}.items():
         yield f"  {name:10}  " + "  ".join(f"{shown(value, '.3f'):>8}" for value in quantiles.values())
-    yield from _named({key: getattr(timing, key) for key in ("deadline_misses", "real_time_factor", "work_factor")})
+    yield from _named({key: timing[key] for key in ("deadline_misses", "real_time_factor", "work_factor")})
 
 
 def _not_yet_said(found: "Inspection") -> dict[str, Any]:
     """What only the result says."""
-    timing = () if found.timing is None else (field.name for field in fields(found.timing))
-    said = {*(found.figures or {}), *timing, *(found.run or {}), "schema"}
+    said = {*(found.figures or {}), *(found.timing or {}), *(found.run or {}), "schema"}
     return {key: value for key, value in (found.result or {}).items() if key not in said and value != {}}
 
 
 def _print_rows(texts: Sequence[str], columns: Columns, rows: Iterable[tuple[str, ...]], values: Iterable[Any]) -> None:
     """A row for each of the values: its texts under the first heads, then its numbers."""
-    numbers = ([shown(getattr(value, key), form) for key, _, form in columns] for value in values)
+    numbers = ([shown(value[key], form) for key, _, form in columns] for value in values)
     lines = [(*map(printable, row), *line) for row, line in islice(zip(rows, numbers, strict=True), _MAX_LINES)]
     heads = (*texts, *(head for _, head, _ in columns))
     print_table(lines, heads, numbers=range(len(texts), len(heads)))

@@ -134,50 +134,7 @@ def people_lines(people: Sequence[ShownPerson]) -> Iterator[str]:
 
 NUM_SHOWN = 10  # ranges of bytes and of ticks that sentences name
 NUM_RANGES = 1000  # that are listed
-
-
-@dataclass(frozen=True, slots=True)
-class InspectedTopic:
-    """The messages of a topic; rates and gaps are within the topic's own span."""
-
-    schema: str
-    messages: int
-    hz: float | None
-    max_gap_s: float | None
-    max_gap_at_s: float | None  # when the largest gap begins
-    missing: int | None  # ticks without a message; None for topics that need not have one in every tick
-    bytes: int
-    share: float | None  # of the log's bytes before compression
-
-
-@dataclass(frozen=True, slots=True)
-class InspectedTicks:
-    """A tick is whole if figures can be computed from it."""
-
-    whole: int
-    missing: int
-    ranges: list[tuple[int, int]]  # first and last of missing ticks
-
-
-@dataclass(frozen=True, slots=True)
-class Damage:
-    """What is wrong with a file that is not only cut off."""
-
-    error: str
-    lost_bytes: int
-    lost: list[dict[str, int | str]]  # bytes "from" and "to" that cannot be read, and "why"
-
-
-@dataclass(frozen=True, slots=True)
-class InspectedTiming:
-    """How long ticks took: p50, p99 and max, by phase."""
-
-    ticks: int
-    compute_ms: Mapping[str, Mapping[str, float | None]]
-    lateness_ms: Mapping[str, float | None]
-    deadline_misses: int
-    real_time_factor: float | None  # by the clock, which only the result has
-    work_factor: float | None  # simulated time over the time that ticks took
+Document = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,19 +145,19 @@ class Inspection:
     truncated: bool
     duration_s: float | None
     outcome: str | None
-    topics: dict[str, InspectedTopic]
+    topics: dict[str, Document]
     run: dict[str, Any] | None  # the log's metadata of the same names
     result: dict[str, Any] | None
     recovered: dict[str, Any] | None  # what `mjnav recover` said of the log that this one was made from
     path: str
     bytes: int
-    damage: Damage | None
+    damage: Document | None  # of a file that is not only cut off
     missing: list[str]  # sentences
-    ticks: InspectedTicks | None
+    ticks: Document | None
     people: list[ShownPerson] | None  # of the scene
     figures: dict[str, Any] | None  # from the messages, named as by `mjnav run --json`; also of a run that did not end
     beliefs: list[JudgedBelief] | None  # by body
-    timing: InspectedTiming | None
+    timing: Document | None
     moments: list[WorstMoment]  # the most severe first
 
     def document(self) -> dict[str, Any]:
@@ -265,21 +222,22 @@ def _result_ticks(log: Log) -> int | None:
     return ticks if isinstance(ticks, int) else None
 
 
-def _topics(log: Log) -> dict[str, InspectedTopic]:
+def _topics(log: Log) -> dict[str, Document]:
+    """The messages of each topic; rates and gaps are within the topic's own span."""
     ours = log.run is not None
     start = 0 if ours else log.start_ns
     total = sum(topic.bytes for topic in log.topics.values())
     return {
-        name: InspectedTopic(
-            schema=topic.schema,
-            messages=topic.messages,
-            hz=topic.hz,
-            max_gap_s=None if topic.max_gap_ns is None else 1e-9 * topic.max_gap_ns,
-            max_gap_at_s=None if topic.max_gap_at_ns is None or start is None else 1e-9 * (topic.max_gap_at_ns - start),
-            missing=_missing_messages(topic, _result_ticks(log) or 0) if ours and name in EVERY_TICK else None,
-            bytes=topic.bytes,
-            share=topic.bytes / total if total else None,
-        )
+        name: {
+            "schema": topic.schema,
+            "messages": topic.messages,
+            "hz": topic.hz,
+            "max_gap_s": None if topic.max_gap_ns is None else 1e-9 * topic.max_gap_ns,
+            "max_gap_at_s": None if (at := topic.max_gap_at_ns) is None or start is None else 1e-9 * (at - start),
+            "missing": _missing_messages(topic, _result_ticks(log) or 0) if ours and name in EVERY_TICK else None,
+            "bytes": topic.bytes,
+            "share": topic.bytes / total if total else None,  # of the log's bytes before compression
+        }
         for name, topic in sorted(log.topics.items())
     }
 
@@ -291,21 +249,22 @@ def _missing_messages(topic: TopicSummary, ticks: int) -> int:
     return topic.first_sequence + topic.skipped + max(0, ticks - 1 - topic.last_sequence)
 
 
-def _ticks(run: LoggedRun, expected: int | None) -> InspectedTicks:
+def _ticks(run: LoggedRun, expected: int | None) -> Document:
+    """How many can be counted on: a tick is whole if figures can be computed from it."""
     ends = [-1, *run.ticks.tolist(), expected or 0]
     ranges = [(a + 1, b - 1) for a, b in pairwise(ends) if b > a + 1]
     missing = sum(last - first + 1 for first, last in ranges)
-    return InspectedTicks(len(run.trajectory.status), missing, ranges[:NUM_RANGES])
+    return {"whole": len(run.trajectory.status), "missing": missing, "ranges": ranges[:NUM_RANGES]}
 
 
-def _damage(log: Log) -> Damage | None:
+def _damage(log: Log) -> Document | None:
     if log.error is None:
         return None
-    lost: list[dict[str, int | str]] = [{"from": p.start, "to": p.end, "why": p.why} for p in log.lost[:NUM_RANGES]]
-    return Damage(str(log.error), sum(part.end - part.start for part in log.lost), lost)
+    lost = [{"from": p.start, "to": p.end, "why": p.why} for p in log.lost[:NUM_RANGES]]
+    return {"error": str(log.error), "lost_bytes": sum(part.end - part.start for part in log.lost), "lost": lost}
 
 
-def _missing(log: Log, not_json: Mapping[str, int], ticks: InspectedTicks | None, refused: str) -> Iterator[str]:
+def _missing(log: Log, not_json: Mapping[str, int], ticks: Document | None, refused: str) -> Iterator[str]:
     if log.truncated:
         yield "no footer: the writer was killed, or the file was not copied whole"
     if log.run is None:
@@ -316,10 +275,10 @@ def _missing(log: Log, not_json: Mapping[str, int], ticks: InspectedTicks | None
         yield f"bytes {part.start} to {part.end}: {part.why}"
     if len(log.lost) > NUM_SHOWN:
         yield f"bytes in {len(log.lost) - NUM_SHOWN} more places"
-    if ticks is not None and ticks.missing:
-        named = ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in ticks.ranges[:NUM_SHOWN])
-        more = ", and more" if len(ticks.ranges) > NUM_SHOWN else ""
-        yield f"{ticks.missing} ticks: {named}{more}"
+    if ticks is not None and ticks["missing"]:
+        named = ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in ticks["ranges"][:NUM_SHOWN])
+        more = ", and more" if len(ticks["ranges"]) > NUM_SHOWN else ""
+        yield f"{ticks['missing']} ticks: {named}{more}"
     if log.unregistered:
         yield f"the topic of {log.unregistered} messages"
     for topic, count in not_json.items() if log.run is not None else ():
@@ -350,16 +309,17 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and np.isfinite(value)
 
 
-def _timing(log: Log, run: LoggedRun, scenario: Scenario | None) -> InspectedTiming:
+def _timing(log: Log, run: LoggedRun, scenario: Scenario | None) -> Document:
+    """How long ticks took: p50, p99 and max, by phase."""
     result = log.result or {}
     busy = 1e-9 * float(run.timing[:, 1 : 1 + len(PHASES)].sum())
     simulated = None if scenario is None else len(run.timing) * scenario.control.period
-    return InspectedTiming(
-        ticks=len(run.timing),
-        compute_ms=compute_ms(run.timing),
-        lateness_ms=quantiles(run.timing[:, -1] * 1e-6),
+    return {
+        "ticks": len(run.timing),
+        "compute_ms": compute_ms(run.timing),
+        "lateness_ms": quantiles(run.timing[:, -1] * 1e-6),
         # The end of the last tick may also miss its deadline, which no tick's timing says.
-        deadline_misses=result.get("deadline_misses", run.deadline_misses),
-        real_time_factor=result.get("real_time_factor"),
-        work_factor=simulated / busy if simulated is not None and busy > 0.0 else None,
-    )
+        "deadline_misses": result.get("deadline_misses", run.deadline_misses),
+        "real_time_factor": result.get("real_time_factor"),  # by the clock, which only the result has
+        "work_factor": simulated / busy if simulated is not None and busy > 0.0 else None,  # by the time of ticks
+    }

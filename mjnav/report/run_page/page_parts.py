@@ -221,7 +221,7 @@ def notices(runs: Sequence[ShownRun]) -> str:
 def _notices(run: ShownRun) -> Iterator[str]:
     found, data = run.inspection, run.playback
     if found.damage is not None:
-        yield f"The log is damaged: {found.damage.error}. What is intact is shown."
+        yield f"The log is damaged: {found.damage['error']}. What is intact is shown."
     if found.truncated:
         yield "The log has no end: its writer was killed. What had been written is shown."
     if not found.complete:
