@@ -16,7 +16,7 @@ from mjnav.metrics.summary import GROUPS
 from mjnav.output_files import output_path, replacement
 from mjnav.study import requirements
 from mjnav.study.cells import Labels
-from mjnav.study.compare.cell_rows import DEFAULT_FIGURES, SETS, WIN_BY, is_cost
+from mjnav.study.compare.cell_rows import DEFAULT_FIGURES, SETS, is_cost
 from mjnav.study.compare.estimates import Estimate
 from mjnav.study.compare.ranking import RULE, RankedSetting, rank
 from mjnav.study.results import find_results, kept_study
@@ -53,7 +53,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     pools.add_argument("--pool", action="store_true", help="all scenes in one table for each setting")
     pools.add_argument("--pool-all", action="store_true", help="all scenes and settings in one table, by layout")
     parser.add_argument("--rivals", action="store_true", help="also the win ratio of every two methods")
-    parser.add_argument("--win-by", metavar="NAME", help=f"figure that decides two successes; by default {WIN_BY}")
     parser.add_argument(
         "--ratios", action="store_true", help="below costs, ratios to the reference's in place of differences"
     )
@@ -69,7 +68,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 # Options that only some of a command's three forms take.
-OF_METHODS = ("reference", "pool", "pool_all", "rivals", "ratios", "win_by", "output", "pareto")
+OF_METHODS = ("reference", "pool", "pool_all", "rivals", "ratios", "output", "pareto")
 OF_TABLES = ("after", *OF_METHODS, "figure", "require")
 
 
@@ -112,7 +111,6 @@ def _methods(arguments: argparse.Namespace) -> int:
         ],
         pool=arguments.pool,
         pool_all=arguments.pool_all,
-        win_by=arguments.win_by or WIN_BY,
         rivals=arguments.rivals,
         ratios=arguments.ratios,
     )

@@ -60,8 +60,8 @@ DERIVED: Mapping[str, Definition] = MappingProxyType({one.name: one for one in (
     Definition("collision_thing", "the robot touched a table, a wall or a pillar",
                type=TRUTH, better=LOWER, over_all=True, words="thing hit"),
     Definition("win_ratio", "pairs of the same seed in which the method did better than the reference, over those in "
-               "which it did worse: a contact is worst, then a goal not reached in time; of two successes the cost "
-               "that --win-by names decides, time_s by default",
+               "which it did worse: a contact is worst, then a goal not reached in time; of two successes "
+               "time_s decides",
                better=HIGHER, null="no pair that the method lost", source="Pocock et al. (2012)"),
     Definition("infeasible_share", "share of all ticks at which nothing met the constraints: the sum of "
                "infeasible_ticks over the sum of ticks", better=LOWER, words="ticks without a control"),

@@ -82,8 +82,7 @@ def compare(
 
     The other options are of one study's results. `reference` is the name of the method that the others of a table are
     compared with, by default the first. `pool` makes one table for each setting, of the episodes of all scenes, and
-    `pool_all` one of all episodes. `win_by` is the cost that decides a pair of successes for the win ratio; `rivals`
-    has it of every two methods, too.
+    `pool_all` one of all episodes. `rivals` has the win ratio of every two methods, too.
 
     Raises InputError where there are no results, or none in common; InvalidValue for an unknown figure or reference;
     MjnavError for a damaged file.

@@ -16,7 +16,7 @@ from mjnav.printable import printable
 from mjnav.report.comparison.shown import ShownTable, about, meaning, shown_tables, warnings
 from mjnav.report.figure_text import ALPHA, NEVER, Shown, unit
 from mjnav.study.compare.before_after import AFTER, BEFORE, BeforeAfter, CellChange
-from mjnav.study.compare.cell_rows import CellPlace
+from mjnav.study.compare.cell_rows import WIN_BY, CellPlace
 from mjnav.study.compare.estimates import Difference, Estimate, WinRatio
 from mjnav.study.compare.study_comparison import Comparison, MethodRow, StudyComparison
 
@@ -96,7 +96,7 @@ def document(results: StudyComparison) -> Document:
                 "reference": table.reference or None,
                 "people_see_robot": _people(table),
                 "layouts": table.num_layouts,
-                "win_by": table.win_by,
+                "win_by": WIN_BY,
                 "methods": [_method(results, row) for row in table.rows],
                 "rivals": [
                     {"method": pair.method, "other": pair.other, "win_ratio": _wins(pair.ratio)}

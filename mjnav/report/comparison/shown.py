@@ -160,8 +160,8 @@ MAX_NAMED = 5
 def meaning(results: StudyComparison) -> Iterator[str]:
     """What figures, intervals, differences and marks of a study are."""
     reference = "the table's reference"
-    win_by = sorted({table.win_by for table, row in results.rows if row.wins is not None})
-    yield from _meaning(results.figures, win_by, reference, "the methods of a table", ratios=results.ratios)
+    wins = any(row.wins is not None for _, row in results.rows)
+    yield from _meaning(results.figures, wins, reference, "the methods of a table", ratios=results.ratios)
     if results.settings_per_table > 1:
         yield (
             f"{results.scenes_per_table} scenes and {results.settings_per_table} settings in one table: a pair is one "
@@ -176,11 +176,11 @@ def meaning(results: StudyComparison) -> Iterator[str]:
 def meaning_of_changes(results: BeforeAfter) -> Iterator[str]:
     """The same of two folders of results."""
     figures = dict.fromkeys(figure for cell in results.cells for figure in cell.before.figures)
-    yield from _meaning(list(figures), [WIN_BY], "before, of the seeds that both folders have", "the cells")
+    yield from _meaning(list(figures), True, "before, of the seeds that both folders have", "the cells")
 
 
 def _meaning(
-    figures: Sequence[str], win_by: Sequence[str], reference: str, holm_over: str, *, ratios: bool = False
+    figures: Sequence[str], wins: bool, reference: str, holm_over: str, *, ratios: bool = False
 ) -> Iterator[str]:
     of_all = [figure for figure in figures if over_all(figure) and not is_rate(figure)]
     of_all_text = f" ({', '.join(of_all)}: over all)" * bool(of_all)
@@ -198,11 +198,11 @@ def _meaning(
         f"Below them are {below} against {reference}, over the seeds on which both succeeded "
         "(rates, and what is over all: over all common seeds), with paired bootstrap intervals."
     )
-    for by in win_by:
+    if wins:
         yield (
             "win_ratio is the number of pairs in which a method did better than the other over those in which it did "
-            f"worse. A contact is worst, then a goal not reached in time; two successes are compared by {by}; what is "
-            "equal is a tie. Its interval is Wilson's of the share of wins among the pairs that are no ties."
+            f"worse. A contact is worst, then a goal not reached in time; two successes are compared by {WIN_BY}; what "
+            "is equal is a tie. Its interval is Wilson's of the share of wins among the pairs that are no ties."
         )
     yield (
         "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's; win ratios: binomial), with Holm's "

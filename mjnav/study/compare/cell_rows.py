@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mjnav.errors import unknown_name
 from mjnav.messages import Array
-from mjnav.metrics.definitions import HIGHER, INTEGER, LOWER, NUMBER, STRING, TRUTH, Definition
+from mjnav.metrics.definitions import LOWER, NUMBER, STRING, TRUTH, Definition
 from mjnav.metrics.safety import KINDS, PERSON
 from mjnav.metrics.summary import DERIVED, FIGURES, GROUPS
 from mjnav.study.store import CELL, COLUMNS, columns_of, is_own, own_columns
@@ -102,18 +102,6 @@ def check_figures(figures: Iterable[str]) -> None:
     for figure in figures:
         if figure not in allowed and not is_own(figure):
             raise unknown_name("figure", figure, [*allowed, *GROUPS, *SETS])
-
-
-def check_win_by(figure: str) -> None:
-    """Raises InvalidValue for a figure by which two successes cannot be compared, as neither low nor high is better."""
-    allowed = [name for name, one in FIGURES.items() if one.type in (NUMBER, INTEGER) and one.better]
-    if figure not in allowed:
-        raise unknown_name("win_by", figure, allowed)
-
-
-def more_is_better(figure: str) -> bool:
-    """Whether the higher value of a figure is the better one."""
-    return FIGURES[figure].better == HIGHER
 
 
 # --------------------------------------------------------------------------------------- rows by cell

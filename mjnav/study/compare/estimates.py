@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from mjnav.messages import Array
 from mjnav.metrics.intervals import Interval, SharedBootstrap, clustered_wilson, holm, mcnemar, wilson
 from mjnav.rng import stream
-from mjnav.study.compare.cell_rows import CellRows, is_cost, is_rate, more_is_better
+from mjnav.study.compare.cell_rows import WIN_BY, CellRows, is_cost, is_rate
 
 # ----------------------------------------------------------------------- rates, means and differences
 
@@ -241,10 +241,10 @@ class Rivals:
     ratio: WinRatio
 
 
-def win_ratio(cell: CellRows, base: CellRows, by: str) -> WinRatio:
+def win_ratio(cell: CellRows, base: CellRows) -> WinRatio:
     """Of `cell` against `base` over their common seeds that both have a result; the p-value without correction."""
     here, there = common(cell, base)
-    scores = _scores(_standing(cell, by)[:, here], _standing(base, by)[:, there])
+    scores = _scores(_standing(cell)[:, here], _standing(base)[:, there])
     units = cell.units_of(here)
     wins, losses, ties = (int((scores == score).sum()) for score in (1.0, -1.0, 0.0))
     won, decided = by_unit(np.where(np.abs(scores) == 1.0, scores > 0.0, np.nan), units)
@@ -253,10 +253,10 @@ def win_ratio(cell: CellRows, base: CellRows, by: str) -> WinRatio:
     return WinRatio(wins, losses, ties, interval, _p_value(scores, units))
 
 
-def all_rivals(cells: Sequence[CellRows], by: str) -> tuple[Rivals, ...]:
+def all_rivals(cells: Sequence[CellRows]) -> tuple[Rivals, ...]:
     """Every two cells of a table, the earlier one first, with Holm's correction over all of these pairs."""
     pairs = list(combinations(cells, 2))
-    ratios = corrected([win_ratio(cell, other, by) for cell, other in pairs])
+    ratios = corrected([win_ratio(cell, other) for cell, other in pairs])
     return tuple(Rivals(cell.method, other.method, ratio) for (cell, other), ratio in zip(pairs, ratios, strict=True))
 
 
@@ -266,11 +266,10 @@ def corrected(tests: Sequence[Test]) -> list[Test]:
     return [test if test.p is None else replace(test, p=next(adjusted)) for test in tests]
 
 
-def _standing(cell: CellRows, by: str) -> Array:
+def _standing(cell: CellRows) -> Array:
     """How each episode ended, and of successes minus the cost, so that more is better, (2, n); NaN without a result."""
     ended = np.where(cell.columns["success"] == 1, SUCCEEDED, np.where(cell.collided == 1, COLLIDED, NOT_REACHED))
-    cost = cell.columns[by]
-    return np.stack([np.where(cell.failed, np.nan, ended), cost if more_is_better(by) else -cost])
+    return np.stack([np.where(cell.failed, np.nan, ended), -cell.columns[WIN_BY]])
 
 
 def _scores(own: Array, others: Array) -> Array:

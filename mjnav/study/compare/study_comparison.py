@@ -31,7 +31,6 @@ from mjnav.study.compare.cell_rows import (
     CellRows,
     cell_rows,
     check_figures,
-    check_win_by,
     columns_for,
     expanded,
     pooled,
@@ -93,7 +92,6 @@ class Comparison:
     rows: tuple[MethodRow, ...]
     people: tuple[str, ...] = ()  # how many people see the robot: the values of `PEOPLE`, each once
     num_layouts: int = 1  # that its episodes have, all methods together: one of a scene that draws nothing
-    win_by: str = WIN_BY  # the cost that decides between two successes
     rivals: tuple[Rivals, ...] = ()  # every two methods, where they were asked for
 
     @property
@@ -120,7 +118,6 @@ def compare(
     *,
     reference: str | None = None,
     figures: Sequence[str] = DEFAULT_FIGURES,
-    win_by: str = WIN_BY,
     rivals: bool = False,
     labels: Labels = NO_LABELS,
 ) -> Iterator[Comparison]:
@@ -129,7 +126,6 @@ def compare(
     `reference` is a method's name, by default the first. Raises InvalidValue for an unknown method or figure.
     """
     check_figures(figures)
-    check_win_by(win_by)
     methods = {cell.method for cell in cells}
     if reference is not None and reference not in methods:
         raise unknown_name("reference", reference, methods)
@@ -143,23 +139,20 @@ def compare(
             setting,
             labels.settings.get(setting, setting),
             base.method if base is not None else "",
-            tuple(_rows(of_table, base, (*RATES, *figures), win_by, labels)),
+            tuple(_rows(of_table, base, (*RATES, *figures), labels)),
             _distinct(PEOPLE, of_table),
             max(len(_distinct(LAYOUT, of_table)), 1),
-            win_by,
-            all_rivals(of_table, win_by) if rivals else (),
+            all_rivals(of_table) if rivals else (),
         )
 
 
-def _rows(
-    cells: Sequence[CellRows], base: CellRows | None, figures: Sequence[str], win_by: str, labels: Labels
-) -> list[MethodRow]:
+def _rows(cells: Sequence[CellRows], base: CellRows | None, figures: Sequence[str], labels: Labels) -> list[MethodRow]:
     changes: dict[str, Mapping[str, Difference]] = {}
     wins: dict[str, WinRatio] = {}
     if base is not None:
         others = [cell for cell in cells if cell is not base]
         changes = dict(zip((cell.method for cell in others), differences(others, base, figures), strict=True))
-        wins = {cell.method: win_ratio(cell, base, win_by) for cell in others}
+        wins = {cell.method: win_ratio(cell, base) for cell in others}
     rows = [
         MethodRow(
             method=cell.method,
@@ -262,24 +255,22 @@ def compare_study(
     figures: Sequence[str] = DEFAULT_FIGURES,
     pool: bool = False,
     pool_all: bool = False,
-    win_by: str = WIN_BY,
     rivals: bool = False,
     ratios: bool = False,
 ) -> StudyComparison:
     """The study's rows in a store as tables; the rates are always among the figures.
 
     With `pool`, one table for each setting has the episodes of all scenes; with `pool_all`, one table has all episodes.
-    `win_by` is the cost that decides between two successes; with `rivals`, every two methods are compared so.
+    With `rivals`, every two methods have a win ratio, too.
 
     Raises InputError where there are no rows or rows of
     several studies, InvalidValue for an unknown figure or reference, MjnavError for a damaged store.
     """
     asked = expanded(figures)
     check_figures(asked)
-    check_win_by(win_by)
     if not store.has_rows():
         raise InputError(f"{store.folder}: no results of a sweep")
-    table = store.rows(list(dict.fromkeys((*NEEDED, win_by, *TEXTS, *columns_for(asked)))))
+    table = store.rows(list(dict.fromkeys((*NEEDED, WIN_BY, *TEXTS, *columns_for(asked)))))
     names = _distinct_values(table, "study")
     name = _name_of_study(names, study, store)
     table = rows_of(table, name)
@@ -296,7 +287,7 @@ def compare_study(
     absent = tuple(labels.place(place) for place in _cells_of(study, cells) if place not in places)
     if pool or pool_all:
         cells = pooled(cells, settings=pool_all)
-    tables = compare(cells, reference=reference, figures=figures, win_by=win_by, rivals=rivals, labels=labels)
+    tables = compare(cells, reference=reference, figures=figures, rivals=rivals, labels=labels)
     return StudyComparison(
         folder=str(store.folder),
         study=name,

@@ -37,12 +37,11 @@ def test_a_contact_is_worst_then_a_goal_not_reached_then_the_slower_success():
         (FAILED, 10.0), (10.0, FAILED), (FAILED, FAILED),  # not counted
     ]  # fmt: skip
     a, b = (cell(name, [pair[i] for pair in pairs]) for i, name in enumerate("ab"))
-    found = win_ratio(a, b, "time_s")
+    found = win_ratio(a, b)
     assert (found.wins, found.losses, found.ties, found.pairs) == (4, 3, 3, 10)
     assert (found.value, found.share) == (pytest.approx(4 / 3), pytest.approx(4 / 7))
     assert found.p == pytest.approx(1.0)
-    assert win_ratio(a, b, "min_clearance_m").wins == 4  # of which more is better
-    apart = win_ratio(cell("a", [1.0, 2.0, 3.0], [1, 2, 3]), cell("b", [9.0, 1.0], [3, 7]), "time_s")
+    apart = win_ratio(cell("a", [1.0, 2.0, 3.0], [1, 2, 3]), cell("b", [9.0, 1.0], [3, 7]))
     assert (apart.wins, apart.pairs) == (1, 1)  # of common seeds
 
 
@@ -65,7 +64,7 @@ def better(one, other):
 @settings(deadline=None, max_examples=60)
 def test_counts_interval_and_p_are_those_of_a_literal_count(pairs):
     a, b = (cell(name, [pair[i] for pair in pairs]) for i, name in enumerate("ab"))
-    found = win_ratio(a, b, "time_s")
+    found = win_ratio(a, b)
     wins, losses = sum(better(x, y) for x, y in pairs), sum(better(y, x) for x, y in pairs)
     assert (found.wins, found.losses) == (wins, losses)
     assert found.pairs == sum(FAILED not in pair for pair in pairs)
@@ -97,16 +96,16 @@ def test_p_values_are_corrected_over_the_methods_and_in_the_matrix_over_all_pair
     pairs = [("a", "b"), ("a", "c"), ("b", "c")]
     assert [(one.method, one.other) for one in table.rivals] == pairs
     assert [one.ratio.p for one in table.rivals] == pytest.approx(holm([by_hand(*pair) for pair in pairs]))
-    assert table.rivals == all_rivals(cells, "time_s")
+    assert table.rivals == all_rivals(cells)
 
 
 def test_episodes_of_one_layout_count_as_often_as_they_tell_anything_new():
     rng = np.random.default_rng(1)
     a, b = (list(rng.gamma(9.0, size=50)) for _ in "ab")
-    alone = win_ratio(cell("a", a), cell("b", b), "time_s")
+    alone = win_ratio(cell("a", a), cell("b", b))
     units = np.repeat(np.arange(50), 4)
     first, second = (cell(name, list(np.repeat(own, 4)), units=units) for name, own in (("a", a), ("b", b)))
-    copied = win_ratio(first, second, "time_s")
+    copied = win_ratio(first, second)
     assert (copied.wins, copied.losses) == (4 * alone.wins, 4 * alone.losses)
     assert copied.interval == pytest.approx(alone.interval, rel=1e-9)
     assert copied.p == pytest.approx(alone.p, abs=0.03)
