@@ -9,13 +9,15 @@ import zlib
 from pathlib import Path
 
 import lz4.frame
+import numpy as np
 import pytest
 import zstandard
-from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from mjnav.log import Recorder
+from mjnav.log.encode.candidates import encode_cone
 from mjnav.log.read.records import CONTENTS_PER_BYTE as CONTENTS
 from mjnav.log.read.records import FREE_CONTENTS
+from mjnav.messages import ConeDistribution
 from tests.log.conftest import MadeUpRun, make_scenario
 from tests.log.mutated_logs import CHUNK, MESSAGE, Record, joined, split
 
@@ -84,23 +86,20 @@ def long_names(sound: bytes) -> bytes:
     return with_chunks(sound, *(chunk(channel(i + 100, b"/%d" % i + bytes(1_000_000))) for i in range(100)))
 
 
-def repeated_lines(sound: bytes) -> bytes:
-    """A line whose corners are named by a byte each, of an entity whose name is long."""
-    update = SceneUpdate()
-    line = update.entities.add(id="x" * 100_000).lines.add()
-    line.points.add(x=1.0)
-    line.indices.extend([0] * 1_000_000)
+def repeated_names(sound: bytes) -> bytes:
+    """Many samples of an obstacle whose name is long: each row of the table has the name."""
+    cone = encode_cone(ConeDistribution("x" * 100_000, np.zeros(250_000), np.zeros(1), 1.0))
 
     def bombed(one: Record) -> Record:
         if one.inside is not None:
             return Record(one.opcode, one.body, tuple(map(bombed, one.inside)), b"zstd")
-        if one.opcode == MESSAGE and struct.unpack_from("<H", one.body)[0] == scene:
-            return Record(MESSAGE, one.body[:22] + update.SerializeToString())
+        if one.opcode == MESSAGE and struct.unpack_from("<H", one.body)[0] == topic:
+            return Record(MESSAGE, one.body[:22] + cone)
         return one
 
     records = split(sound)
     channels = [one.body for outer in records for one in (outer, *(outer.inside or ())) if one.opcode == 4]
-    scene = next(struct.unpack_from("<H", body)[0] for body in channels if b"/scene" in body)
+    topic = next(struct.unpack_from("<H", body)[0] for body in channels if b"/cone" in body)
     return joined(tuple(map(bombed, records)))
 
 
@@ -110,7 +109,7 @@ BOMBS = {
     tiny_messages: ("inspect", "recover", "csv"),
     tiny_channels: ("inspect", "recover"),
     long_names: ("inspect",),
-    repeated_lines: ("csv",),
+    repeated_names: ("csv",),
 }
 
 

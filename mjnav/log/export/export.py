@@ -199,7 +199,7 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "tum": Format(write_tum, TUM_TOPICS, "poses"),
         "csv": Format(write_csv, TOPICS, "rows", by_topic=True),
         "parquet": Format(write_parquet, TOPICS, "rows", by_topic=True, needs=("pyarrow", "pandas")),
-        "rosbag2": Format(_write_bag, TOPICS, "messages", needs=("rosbags", "ros2")),
+        "rosbag2": Format(_write_bag, (*TOPICS, "/scene"), "messages", needs=("rosbags", "ros2")),
     }
 )
 

@@ -14,11 +14,13 @@ People are poses that face the way they walk: messages for people (people_msgs, 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import chain, pairwise
 from math import atan2, isnan, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 from google.protobuf.json_format import MessageToDict
 from rosbags.interfaces import Nodetype, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
@@ -42,7 +44,6 @@ from mjnav.log.encode.geometry import (
 from mjnav.log.encode.particles import decode_particles
 from mjnav.log.encode.plan import decode_plan
 from mjnav.log.read.log import Log, LogMessage
-from mjnav.log.read.tables import segments
 from mjnav.messages import Array
 from mjnav.scene.sensors import Lidar
 from mjnav.scene.spec import Scenario
@@ -332,6 +333,16 @@ def _shapes(entity: Any) -> Iterator[tuple[Any, Fields]]:
     for line in entity.lines:
         corners = [end for ends in segments(line) for end in ends]
         yield line, {"type": Marker.LINE_LIST, "scale": {"x": line.thickness}, "points": corners}
+
+
+def segments(line: Any) -> Iterator[tuple[Any, Any]]:
+    """The two ends of each segment of a foxglove.LinePrimitive, in its own pose, one by one: few bytes may be many."""
+    corners = (line.points[i] for i in line.indices) if line.indices else iter(line.points)
+    if line.type == LinePrimitive.LINE_LIST:
+        return zip(corners, corners, strict=True)
+    if line.type == LinePrimitive.LINE_LOOP and (first := next(corners, None)) is not None:
+        corners = chain((first,), corners, (first,))
+    return pairwise(corners)
 
 
 # ---------------------------------------------------------------------------------------------- bag

@@ -1,9 +1,7 @@
 """The tables of a log: their columns with types and units, and the rows that the messages of each topic give.
 
-The shapes of a foxglove.SceneUpdate become rows of numbers: solids, and the segments of lines.
-
-`TABLES` names the tables of each topic. A topic of JSON documents says only which keys its columns are; a table of
-another topic has a function that gives the rows of one message.
+`TABLES` names the tables of each topic; a topic that only draws what others say has none. A topic of JSON documents
+says only which keys its columns are; a table of another topic has a function that gives the rows of one message.
 
 `blocks` collects the rows, some thousand at a time. CSV files, Parquet files and data frames are made of these blocks.
 """
@@ -13,13 +11,12 @@ import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from itertools import chain, groupby, pairwise
+from itertools import groupby
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 
 from mjnav.errors import DamagedLogError, missing_extra, unknown_name
@@ -41,50 +38,6 @@ class LogMessage(NamedTuple):
     time_ns: int
     sequence: int  # the tick
     value: Any
-
-
-# ---------------------------------------------------------------------------------- shapes of a scene
-
-
-def _pose_figures(position: Any, turn: Any) -> list[float]:
-    """x, y, z of a point and of a quaternion, and its w."""
-    return [position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w]
-
-
-def _color(color: Any) -> list[float]:
-    return [color.r, color.g, color.b, color.a]
-
-
-def solids(update: Any) -> Iterator[tuple[Any, ...]]:
-    """Boxes, cylinders and arrows; an arrow's size is its length and its head's diameter, twice."""
-    for entity in update.entities:
-        for shape, found in (("box", entity.cubes), ("cylinder", entity.cylinders), ("arrow", entity.arrows)):
-            for number, solid in enumerate(found):
-                if shape == "arrow":
-                    size = [solid.shaft_length + solid.head_length, solid.head_diameter, solid.head_diameter]
-                else:
-                    size = [solid.size.x, solid.size.y, solid.size.z]
-                placed = _pose_figures(solid.pose.position, solid.pose.orientation)
-                yield entity.id, shape, number, entity.frame_id, *placed, *size, *_color(solid.color)
-
-
-def segments(line: Any) -> Iterator[tuple[Any, Any]]:
-    """The two ends of each segment of a foxglove.LinePrimitive, in its own pose, one by one: few bytes may be many."""
-    corners = (line.points[i] for i in line.indices) if line.indices else iter(line.points)
-    if line.type == LinePrimitive.LINE_LIST:
-        return zip(corners, corners, strict=True)
-    if line.type == LinePrimitive.LINE_LOOP and (first := next(corners, None)) is not None:
-        corners = chain((first,), corners, (first,))
-    return pairwise(corners)
-
-
-def lines(update: Any) -> Iterator[tuple[Any, ...]]:
-    """A row a segment: entity, number of its line, both ends, colour."""
-    for entity in update.entities:
-        for number, line in enumerate(entity.lines):
-            color, lift = _color(line.color), line.pose.position.z
-            for a, b in segments(line):
-                yield entity.id, number, a.x, a.y, a.z + lift, b.x, b.y, b.z + lift, *color
 
 
 # ------------------------------------------------------------------------------------ form of a table
@@ -246,6 +199,11 @@ def _scan(scan: Any) -> Rows:
         yield beam, scan.start_angle + beam * step, distance
 
 
+def _pose_figures(position: Any, turn: Any) -> list[float]:
+    """x, y, z of a point and of a quaternion, and its w."""
+    return [position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w]
+
+
 def _placed(message: Any) -> Rows:
     yield message.frame_id, *_pose_figures(message.pose.position, message.pose.orientation)
 
@@ -263,12 +221,8 @@ def _event(event: Any) -> Rows:
 # -------------------------------------------------------------------------------------------- the tables
 
 _PLACE, _VELOCITY, _TWIST = {"x": _M, "y": _M}, {"vx": _M_S, "vy": _M_S}, {"v": _M_S, "omega": _RAD_S}
-_PLANAR, _STATE, _POINT = {**_PLACE, "theta": _RAD}, {**_PLACE, **_VELOCITY}, {**_PLACE, "z": _M}
-_POSE = {**_POINT, **dict.fromkeys(("qx", "qy", "qz", "qw"), _PURE)}
-_COLOR = dict.fromkeys(("red", "green", "blue", "alpha"), _PURE)
-_LINE = {"entity": _TEXT, "line": _NUMBER, **_prefixed("from", _POINT), **_prefixed("to", _POINT), **_COLOR}
-_SOLID = {"entity": _TEXT, "shape": _TEXT, "number": _NUMBER, "frame": _TEXT}
-_SOLID |= {**_POSE, **_prefixed("size", _POINT), **_COLOR}
+_PLANAR, _STATE = {**_PLACE, "theta": _RAD}, {**_PLACE, **_VELOCITY}
+_POSE = {**_PLACE, "z": _M, **dict.fromkeys(("qx", "qy", "qz", "qw"), _PURE)}
 _AHEAD = {"ahead": _S, **_single(_PLACE)}
 _CANDIDATE = {"candidate": _NUMBER, **_TWIST, **dict.fromkeys(("goal", "lane_left", "lane_right", "total"), _SINGLE)}
 _ESTIMATE = {"estimate.mean": _prefixed("estimate", _PLANAR)}
@@ -314,14 +268,11 @@ _TABLES: tuple[tuple[str, Table], ...] = (
         "/candidates",
         Table("candidates_cone", {"candidate": _NUMBER, "constraint": _NUMBER, "cost": _SINGLE}, _candidates_cone),
     ),
-    ("/candidates/arcs", Table("candidates_arcs", _LINE, lines)),
     ("/plan", Table("plan", {**_AHEAD, "feasible": _FLAG}, _plan)),
     ("/plan", Table("plan_fan", {"rollout": _NUMBER, "cost": _SINGLE, **_AHEAD}, _plan_fan)),
     ("/plan", Table("plan_violation", {"sample": _NUMBER, "h": _SINGLE}, _plan_violation)),
     ("/way", Table("way", {"plan": _NUMBER, "point": _NUMBER, **_PLACE}, _way)),
     ("/way", Table("way_drawn", {"plan": _NUMBER, **_PLACE, "radius": _M}, _way_drawn)),
-    ("/scene", Table("scene", _SOLID, solids)),
-    ("/scene", Table("scene_lines", _LINE, lines)),
     ("/events", Table("events", dict.fromkeys(("level", "name", "text"), _TEXT), _event)),
     ("/tick", _documents("tick", _TIMING)),
 )

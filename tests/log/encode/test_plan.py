@@ -7,7 +7,7 @@ import pytest
 
 from mjnav.log import Recorder, open_log
 from mjnav.log.encode.plan import FAN_POINTS, decode_plan, encode_plan, plan_schema
-from mjnav.log.read.tables import lines
+from mjnav.log.export.rosbag2 import segments
 from mjnav.sealed import sealed_plan
 from tests.log.conftest import message_class
 
@@ -62,9 +62,9 @@ def test_the_scene_draws_the_plan_whole_and_its_fan_by_the_order_of_cost(tmp_pat
     corners = np.array([[point.x, point.y] for line in fan for point in line.points]).reshape(32, FAN_POINTS, 2)
     np.testing.assert_allclose(corners, plan.fan[:, [0, 4, 9, 14, 19]], atol=2**-11)
     assert fan[0].color.g > fan[-1].color.g  # from green to red
-    drawn = [row for row in lines(message.value) if row[0] == "plan"]
+    drawn = [ends for line in entity.lines for ends in segments(line)]
     assert len(drawn) == 32 * (FAN_POINTS - 1) + 19
-    ends = np.array([row[2:4] for row in drawn[-19:]] + [drawn[-1][5:7]])
+    ends = np.array([[point.x, point.y] for point in (*(start for start, _ in drawn[-19:]), drawn[-1][1])])
     np.testing.assert_allclose(ends, plan.path, atol=2**-11)
     assert (followed.color.b > followed.color.r) == plan.feasible
     (stand,) = entity.cylinders
