@@ -8,9 +8,9 @@ from mjnav.cli.terminal import stoppable
 from mjnav.errors import InvalidValue
 from mjnav.log import open_log
 from mjnav.output_files import output_path
-from mjnav.report.log_pictures import FILM_SIZE, FILMS, FPS, PICTURE_SIZE, Film, picture, save_picture
+from mjnav.report.log_pictures import FILM_SIZE, FILMS, FPS, PICTURE_SIZE, film, film_times, picture, save_picture
 
-_FILM_ONLY = {"fps": "--fps", "speed": "--speed", "start": "--from", "end": "--to"}
+_FILM_ONLY = {"fps": "--fps", "speed": "--speed"}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -21,8 +21,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--at", type=float, metavar="T", help="time of a picture [s]; the end of the run by default")
     parser.add_argument("--fps", type=int, metavar="N", help=f"frames per second of a film; {FPS} by default")
     parser.add_argument("--speed", type=float, metavar="X", help="play a film X times as fast as the run; 1 by default")
-    parser.add_argument("--from", type=float, dest="start", metavar="T", help="where a film begins [s]; 0 by default")
-    parser.add_argument("--to", type=float, dest="end", metavar="T", help="where it ends [s]; the end by default")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -41,14 +39,11 @@ def execute(arguments: argparse.Namespace) -> int:
         save_picture(pixels, output)
         print(f"{output}: {time:.1f} s")
         return 0
-    film = Film(log, size, output)
     fps = FPS if arguments.fps is None else arguments.fps
-    speed = 1.0 if arguments.speed is None else arguments.speed
-    timing = film.timing(arguments.start, arguments.end, fps=fps, speed=speed)
-    count = len(timing.times())
-    with stoppable(output.name, count, "frames") as step:
-        film.write(timing, progress=step)
-    print(f"{output}: {count} frames, {count / timing.fps:.1f} s, {1e-3 * output.stat().st_size:.0f} kB")
+    times = film_times(log, fps, 1.0 if arguments.speed is None else arguments.speed)
+    with stoppable(output.name, len(times), "frames") as step:
+        film(log, output, times, fps, size, step)
+    print(f"{output}: {len(times)} frames, {len(times) / fps:.1f} s, {1e-3 * output.stat().st_size:.0f} kB")
     return 0
 
 

@@ -34,30 +34,6 @@ _MAX_FPS = 120
 
 
 @dataclass(frozen=True, slots=True)
-class FilmTiming:
-    """Which part of a run a film shows: from `start` to `end` [s], `speed` times as fast as they were."""
-
-    start: float
-    end: float
-    fps: int = 25
-    speed: float = 1.0
-
-    def __post_init__(self):
-        if not 0.0 <= self.start < self.end:
-            raise InvalidValue("start", self.start, f"a time from 0 to before the end ({self.end:g} s)")
-        if not isinstance(self.fps, int) or not 1 <= self.fps <= _MAX_FPS:
-            raise InvalidValue("fps", self.fps, f"a whole number from 1 to {_MAX_FPS}")
-        if not 0.01 <= number("speed", self.speed) <= 100.0:
-            raise InvalidValue("speed", self.speed, "a number from 0.01 to 100")
-
-    def times(self) -> Array:
-        """The simulated time of each frame [s]; the last one is not after the end."""
-        step = self.speed / self.fps
-        count = int((self.end - self.start) / step + 1e-6) + 1
-        return np.minimum(self.start + step * np.arange(count), self.end)
-
-
-@dataclass(frozen=True, slots=True)
 class FilmFrame:
     """What one frame shows."""
 
@@ -169,8 +145,6 @@ def render(
     size: tuple[int, int] | None = None,
     fps: int = FPS,
     speed: float = 1.0,
-    start: float = 0.0,
-    end: float | None = None,
 ) -> Path: ...
 def render(
     log: LogOrPath,
@@ -180,23 +154,20 @@ def render(
     size: tuple[int, int] | None = None,
     fps: int = FPS,
     speed: float = 1.0,
-    start: float = 0.0,
-    end: float | None = None,
 ) -> "Image | Path":
     """Draws a moment of a run, or films it. Returns the picture (PIL), or the path where `output` names a file.
 
     `output` is a picture, .png, or a film, .mp4 or .gif, which replaces a file of that name. `at` is the time of a
-    picture [s], the end of the run by default; a film goes from `start` to `end` [s], `speed` times as fast as the run,
-    with `fps` frames a second. `size` is (width, height) in pixels. Raises InputError where it cannot be drawn or
+    picture [s], the end of the run by default; a film goes `speed` times as fast as the run, with `fps` frames a
+    second. `size` is (width, height) in pixels. Raises InputError where it cannot be drawn or
     written, and DamagedLogError for a damaged log.
     """
     path = None if output is None else output_path("output", output, ".png", *FILMS)
     log = log if isinstance(log, Log) else open_log(log)
     if path is not None and path.suffix.lower() in FILMS:
         if at is not None:
-            raise InvalidValue("at", at, "start and end, for a film")
-        film = Film(log, size, path)
-        film.write(film.timing(start, end, fps=fps, speed=speed))
+            raise InvalidValue("at", at, "nothing, for a film")
+        film(log, path, film_times(log, fps, speed), fps, size)
         return path
     from PIL import Image
 
@@ -230,43 +201,53 @@ def picture(log: Log, at: float | None, *, size: tuple[int, int] | None) -> tupl
     return draw(log.scenario(), shown.state, size=size, trail=shown.trail, legend=True, **drawn), shown.state.time
 
 
-class Film:
-    """A run as a film. Raises DamagedLogError where its states are not a period apart."""
+def film_times(log: Log, fps: int, speed: float) -> Array:
+    """The simulated time of each frame [s] of a run `speed` times as fast as it was; the last is not after its end.
 
-    def __init__(self, log: Log, size: tuple[int, int] | None, path: Path):
-        self._size, self._path = _checked_size(size or FILM_SIZE, even=True), path
-        self._write = write_gif if path.suffix.lower() == GIF else write_film
-        if self._write is write_film:
-            require_codec()
-        self._log, self._trajectory = log, log.trajectory()
-        _check_times(log, self._trajectory)
+    Raises DamagedLogError where the run's states are not a period apart.
+    """
+    if not isinstance(fps, int) or not 1 <= fps <= _MAX_FPS:
+        raise InvalidValue("fps", fps, f"a whole number from 1 to {_MAX_FPS}")
+    if not 0.01 <= number("speed", speed) <= 100.0:
+        raise InvalidValue("speed", speed, "a number from 0.01 to 100")
+    trajectory = log.trajectory()
+    _check_times(log, trajectory)
+    return frame_times(float(trajectory.time[-1]), speed / fps)
 
-    def timing(self, start: float | None, end: float | None, *, fps: int, speed: float) -> FilmTiming:
-        """From `start` to `end` [s], by default the whole run. Raises InvalidValue."""
-        last = float(self._trajectory.time[-1])
-        for name, given in (("start", start), ("end", end)):
-            if given is not None and not 0.0 <= number(name, given, "s") <= last:
-                raise InvalidValue(name, given, f"a time from 0 to {last:g} s")
-        return FilmTiming(start or 0.0, last if end is None else end, fps, speed)
 
-    def write(self, timing: FilmTiming, *, progress: Callable[[int], None] = lambda number: None) -> None:
-        """Writes the film; `progress` gets the number of every frame before it is encoded."""
-        with replacement(self._path) as partial:
-            self._write(partial, self._frames(timing, progress), timing.fps)
+def frame_times(end: float, step: float) -> Array:
+    """From 0 on, `step` apart [s]; the last one is not after the end."""
+    return np.minimum(step * np.arange(int(end / step + 1e-6) + 1), end)
 
-    def _frames(self, timing: FilmTiming, progress: Callable[[int], None]) -> Iterator[NDArray[np.uint8]]:
-        from mjnav.world.render import Renderer
 
-        run, trajectory = self._log.run or {}, self._trajectory
-        title = ", ".join(run[key] for key in ("scene", "controller") if key in run)
-        floor, views = trajectory.robot_pose[:, :2], LoggedViews(self._log)
-        with Renderer(self._log.scenario(), floor, size=self._size, quick=True) as renderer:
-            for number, time in enumerate(timing.times().tolist()):
+def film(
+    log: Log,
+    path: Path,
+    times: Array,
+    fps: int,
+    size: tuple[int, int] | None,
+    progress: Callable[[int], None] = lambda number: None,
+) -> None:
+    """Films a run at these times; `progress` gets the number of every frame before it is encoded."""
+    from mjnav.world.render import Renderer
+
+    size, write = _checked_size(size or FILM_SIZE, even=True), write_gif if path.suffix.lower() == GIF else write_film
+    if write is write_film:
+        require_codec()
+    run, trajectory, views = log.run or {}, log.trajectory(), LoggedViews(log)
+    title = ", ".join(run[key] for key in ("scene", "controller") if key in run)
+
+    def frames() -> Iterator[NDArray[np.uint8]]:
+        with Renderer(log.scenario(), trajectory.robot_pose[:, :2], size=size, quick=True) as renderer:
+            for number, time in enumerate(times.tolist()):
                 progress(number)
                 shown = frame_at(trajectory, time)
-                text = f"{title}\n{time:.1f} s"
                 beliefs: dict[str, Any] = {"tracks": shown.tracks} | views.at(time)
+                text = f"{title}\n{time:.1f} s"
                 yield renderer.draw(shown.state, trail=shown.trail, text=text, legend=True, **beliefs)
+
+    with replacement(path) as partial:
+        write(partial, frames(), fps)
 
 
 def _checked_size(size: tuple[int, int], *, even: bool) -> tuple[int, int]:

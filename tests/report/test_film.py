@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from mjnav.messages import Trajectory
-from mjnav.report.log_pictures import FilmTiming, frame_at, write_film, write_gif
+from mjnav.report.log_pictures import frame_at, frame_times, write_film, write_gif
 
 av = pytest.importorskip("av", reason="av is not installed")
 
@@ -39,10 +39,9 @@ def trajectory() -> Trajectory:
 
 
 def test_a_film_has_a_frame_at_its_start_and_every_step_of_the_run_until_its_end():
-    assert FilmTiming(0.0, 1.0, fps=4).times() == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0])
-    assert FilmTiming(2.0, 3.0, fps=4, speed=2.0).times() == pytest.approx([2.0, 2.5, 3.0])
-    assert FilmTiming(0.0, 0.9, fps=4).times() == pytest.approx([0.0, 0.25, 0.5, 0.75])
-    assert len(FilmTiming(0.0, 26.5, fps=25).times()) == 663
+    assert frame_times(1.0, 0.25) == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0])
+    assert frame_times(0.9, 0.25) == pytest.approx([0.0, 0.25, 0.5, 0.75])
+    assert len(frame_times(26.5, 0.04)) == 663
 
 
 def test_between_ticks_all_moves_in_proportion_and_headings_the_shorter_way():
