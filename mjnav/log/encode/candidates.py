@@ -19,17 +19,8 @@ from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from numpy.typing import ArrayLike
 
+from mjnav.log.encode import protobuf
 from mjnav.log.encode.geometry import WORLD_FRAME, pose, stamp
-from mjnav.log.encode.protobuf import (
-    POINT_SIZE,
-    POINT_XY,
-    Fields,
-    Schema,
-    delimited,
-    encode_fields,
-    encode_points,
-    protobuf_schema,
-)
 from mjnav.messages import Array, CandidateCosts, ConeDistribution, Decision
 from mjnav.motion.unicycle import integrate
 
@@ -38,8 +29,8 @@ from mjnav.motion.unicycle import integrate
 
 NONE_CHOSEN = -1
 
-_COLUMN: Fields = (("values", "float", True),)
-_CANDIDATES: Fields = (
+_COLUMN: protobuf.Fields = (("values", "float", True),)
+_CANDIDATES: protobuf.Fields = (
     ("pose", "double", True),  # believed x, y [m], heading [rad], from which the candidates drive
     ("decision", "double", True),  # v [m/s], omega [rad/s]
     ("v", "double", True),  # [m/s]
@@ -54,9 +45,9 @@ _CANDIDATES: Fields = (
 )
 
 
-def candidates_schema() -> Schema:
+def candidates_schema() -> protobuf.Schema:
     """mjnav.Candidates; the terms are unweighted, as in /decision."""
-    return protobuf_schema("mjnav.Candidates", {"mjnav.CostColumn": _COLUMN, "mjnav.Candidates": _CANDIDATES})
+    return protobuf.protobuf_schema("mjnav.Candidates", {"mjnav.CostColumn": _COLUMN, "mjnav.Candidates": _CANDIDATES})
 
 
 def chosen_candidate(decision: Decision) -> int | None:
@@ -75,8 +66,8 @@ def encode_candidates(pose: Array, decision: Decision, costs: CandidateCosts) ->
     """mjnav.Candidates of a decision taken at the believed pose (3,)."""
     chosen = chosen_candidate(decision)
     used = np.ones(len(costs.v)) @ (costs.cone != 0.0)  # how often, in a fifth of the time that `any` takes
-    columns = [encode_fields(_COLUMN, costs.cone[:, j]) if n else b"" for j, n in enumerate(used.tolist())]
-    return encode_fields(
+    columns = [protobuf.encode_fields(_COLUMN, costs.cone[:, j]) if n else b"" for j, n in enumerate(used.tolist())]
+    return protobuf.encode_fields(
         _CANDIDATES,
         pose,
         (decision.v, decision.omega),
@@ -138,10 +129,10 @@ def _lines(n: int, size: int, header: bytes | None) -> tuple[np.ndarray, np.ndar
     for line, (first, last) in levels:
         if first < last:
             corners = np.arange((last - first) * size, dtype="<u4").reshape(-1, size)
-            segments = delimited(8, np.stack([corners[:, :-1], corners[:, 1:]], axis=-1).tobytes())
-            lines += delimited(11, line + encode_points(5, np.zeros((corners.size, 2))) + segments)
-            points.append(len(lines) - len(segments) + POINT_SIZE * (corners.ravel() - float(corners.size)))
-    return np.frombuffer(lines, np.uint8), np.concatenate(points).astype(int)[:, np.newaxis] + POINT_XY
+            segments = protobuf.delimited(8, np.stack([corners[:, :-1], corners[:, 1:]], axis=-1).tobytes())
+            lines += protobuf.delimited(11, line + protobuf.encode_points(5, np.zeros((corners.size, 2))) + segments)
+            points.append(len(lines) - len(segments) + protobuf.POINT_SIZE * (corners.ravel() - float(corners.size)))
+    return np.frombuffer(lines, np.uint8), np.concatenate(points).astype(int)[:, np.newaxis] + protobuf.POINT_XY
 
 
 # ----------------------------------------------------------------------------------------------- arcs
@@ -163,7 +154,7 @@ def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: Candida
     entity = SceneEntity(timestamp=stamp(time), frame_id=WORLD_FRAME, id="candidates").SerializeToString()
     candidates = drawn_paths(_arcs(estimate, costs.v[order], costs.omega[order]))
     chosen = drawn_paths(_arcs(estimate, *decided.T), _DECIDED)
-    return delimited(2, entity + candidates + chosen)
+    return protobuf.delimited(2, entity + candidates + chosen)
 
 
 def _arcs(start: Array, v: Array, omega: Array) -> Array:
@@ -175,7 +166,7 @@ def _arcs(start: Array, v: Array, omega: Array) -> Array:
 # ----------------------------------------------------------------------------------------------- cone
 
 
-_CONE: Fields = (
+_CONE: protobuf.Fields = (
     ("obstacle", "string", False),
     ("samples", "float", True),  # F
     ("desired", "float", True),  # F^des
@@ -183,11 +174,11 @@ _CONE: Fields = (
 )
 
 
-def cone_schema() -> Schema:
+def cone_schema() -> protobuf.Schema:
     """mjnav.ConeDistribution: hundreds of samples a tick as JSON text take longer than the whole tick."""
-    return protobuf_schema("mjnav.ConeDistribution", {"mjnav.ConeDistribution": _CONE})
+    return protobuf.protobuf_schema("mjnav.ConeDistribution", {"mjnav.ConeDistribution": _CONE})
 
 
 def encode_cone(cone: ConeDistribution) -> bytes:
     """mjnav.ConeDistribution."""
-    return encode_fields(_CONE, cone.obstacle, cone.samples, cone.desired, cone.safe_share)
+    return protobuf.encode_fields(_CONE, cone.obstacle, cone.samples, cone.desired, cone.safe_share)

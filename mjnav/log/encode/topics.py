@@ -11,14 +11,7 @@ from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-from mjnav.log.encode import geometry, json_messages, particles
-from mjnav.log.encode.candidates import (
-    candidates_schema,
-    cone_schema,
-    encode_arcs,
-    encode_candidates,
-    encode_cone,
-)
+from mjnav.log.encode import candidates, geometry, json_messages, particles
 from mjnav.log.encode.json_messages import document_schema
 from mjnav.log.encode.plan import encode_plan, plan_schema
 from mjnav.log.encode.protobuf import Schema, foxglove_schema
@@ -63,14 +56,16 @@ def encode_event(time: float, event: Event) -> bytes:
 
 def _candidates(record: TickRecord) -> bytes | None:
     costs, belief = record.decision.costs, record.belief
-    return None if costs is None or belief is None else encode_candidates(belief.mean, record.decision, costs)
+    return (
+        None if costs is None or belief is None else candidates.encode_candidates(belief.mean, record.decision, costs)
+    )
 
 
 def _arcs(record: TickRecord) -> bytes | None:
     decision, belief = record.decision, record.belief
     if decision.costs is None or belief is None:
         return None
-    return encode_arcs(record.truth.time, belief.mean, (decision.v, decision.omega), decision.costs)
+    return candidates.encode_arcs(record.truth.time, belief.mean, (decision.v, decision.omega), decision.costs)
 
 
 class _Ways:
@@ -206,10 +201,15 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
         Topic(
             "/cone",
             "Samples of the constraint of the closest obstacle at the chosen control, beside the desired ones.",
-            cone_schema(),
-            lambda r: r.cone and encode_cone(r.cone),
+            candidates.cone_schema(),
+            lambda r: r.cone and candidates.encode_cone(r.cone),
         ),
-        Topic("/candidates", "Every candidate control with the terms of its cost.", candidates_schema(), _candidates),
+        Topic(
+            "/candidates",
+            "Every candidate control with the terms of its cost.",
+            candidates.candidates_schema(),
+            _candidates,
+        ),
         Topic(
             "/candidates/arcs",
             "The candidates as coloured arcs: in a live view, and in a log with log.drawings = true.",

@@ -32,15 +32,7 @@ from rosbags.typesys.stores.ros2_humble import visualization_msgs__msg__Marker a
 
 from mjnav.geometry.distances import WHOLE_TURN
 from mjnav.geometry.floor import FreeSpace
-from mjnav.log.encode.geometry import (
-    LIDAR_FRAME,
-    ODOMETRY_FRAME,
-    ROBOT_FRAME,
-    TRUE_FRAME,
-    WORLD_FRAME,
-    rotation,
-    time_ns,
-)
+from mjnav.log.encode import geometry
 from mjnav.log.encode.particles import decode_particles
 from mjnav.log.encode.plan import decode_plan
 from mjnav.log.read.log import Log, LogMessage
@@ -80,7 +72,7 @@ def stamp(nanoseconds: int) -> Fields:
     return {"sec": seconds, "nanosec": nanos}
 
 
-def header(nanoseconds: int, frame: str = WORLD_FRAME) -> Fields:
+def header(nanoseconds: int, frame: str = geometry.WORLD_FRAME) -> Fields:
     """Stamped with simulated time."""
     return {"stamp": stamp(nanoseconds), "frame_id": frame}
 
@@ -91,7 +83,7 @@ def _measured(message: Any) -> int:
 
 
 def _pose(x: float, y: float, heading: float) -> Fields:
-    return {"position": {"x": x, "y": y}, "orientation": rotation(heading)}
+    return {"position": {"x": x, "y": y}, "orientation": geometry.rotation(heading)}
 
 
 def _twist(v: float, omega: float) -> Fields:
@@ -119,7 +111,7 @@ def transforms(message: Any, _: int) -> Fields:
         "transforms": [
             _transform(_measured(moved), moved.parent_frame_id, moved.child_frame_id, moved.translation, moved.rotation)
             for moved in message.transforms
-            if moved.child_frame_id != LIDAR_FRAME
+            if moved.child_frame_id != geometry.LIDAR_FRAME
         ]
     }
 
@@ -128,7 +120,7 @@ def mount(lidar: Lidar) -> Fields:
     """Where the lidar is on the robot."""
     x, y, yaw = lidar.mount.tolist()
     shift = {"x": x, "y": y, "z": lidar.height}
-    return {"transforms": [_transform(0, ROBOT_FRAME, LIDAR_FRAME, shift, rotation(yaw))]}
+    return {"transforms": [_transform(0, geometry.ROBOT_FRAME, geometry.LIDAR_FRAME, shift, geometry.rotation(yaw))]}
 
 
 def _transform(now: int, parent: str, child: str, shift: Any, turn: Any) -> Fields:
@@ -140,7 +132,7 @@ def truth(document: Mapping, now: int) -> Fields:
     """The true pose and twist of mjnav.RobotState; no covariance."""
     return {
         "header": header(now),
-        "child_frame_id": TRUE_FRAME,
+        "child_frame_id": geometry.TRUE_FRAME,
         "pose": {"pose": _pose(*_floats(document["pose"]))},
         "twist": {"twist": _twist(*_floats(document["twist"]))},
     }
@@ -161,8 +153,8 @@ def wheel_odometry(document: Mapping, _: int, *, noise: Array) -> Fields:
     """
     twist = _twist(*_floats([document["v"], document["omega"]]))
     return {
-        "header": header(time_ns(document["time"]), ODOMETRY_FRAME),
-        "child_frame_id": ROBOT_FRAME,
+        "header": header(geometry.time_ns(document["time"]), geometry.ODOMETRY_FRAME),
+        "child_frame_id": geometry.ROBOT_FRAME,
         "pose": {"pose": _pose(*_floats(document["odometry_pose"]))},
         "twist": {"twist": twist, "covariance": _covariance(noise)},
     }
@@ -170,7 +162,7 @@ def wheel_odometry(document: Mapping, _: int, *, noise: Array) -> Fields:
 
 def measured_pose(document: Mapping, _: int) -> Fields:
     """The pose sensor's of mjnav.Odometry."""
-    return {"header": header(time_ns(document["time"])), "pose": _pose(*_floats(document["pose"]))}
+    return {"header": header(geometry.time_ns(document["time"])), "pose": _pose(*_floats(document["pose"]))}
 
 
 def gyro(document: Mapping, _: int) -> Fields:
@@ -178,8 +170,8 @@ def gyro(document: Mapping, _: int) -> Fields:
     (rate,) = _floats([document["gyro"]])
     missing = [-1.0, *[0.0] * 8]
     return {
-        "header": header(time_ns(document["time"]), ROBOT_FRAME),
-        "orientation": rotation(0.0),
+        "header": header(geometry.time_ns(document["time"]), geometry.ROBOT_FRAME),
+        "orientation": geometry.rotation(0.0),
         "orientation_covariance": missing,
         "angular_velocity": {"z": rate},
         "linear_acceleration_covariance": missing,
@@ -188,7 +180,7 @@ def gyro(document: Mapping, _: int) -> Fields:
 
 def command(document: Mapping, now: int) -> Fields:
     """The command in force from now on."""
-    return {"header": header(now, ROBOT_FRAME), "twist": _twist(*_floats([document["v"], document["omega"]]))}
+    return {"header": header(now, geometry.ROBOT_FRAME), "twist": _twist(*_floats([document["v"], document["omega"]]))}
 
 
 def plan(message: Any, now: int) -> Fields:
@@ -210,7 +202,7 @@ def _path(points: Array, now: int, step: float = 0.0) -> Fields:
     headings = [atan2(dy, dx) for dx, dy in np.diff(points, axis=0).tolist()]
     headings = [*(headings[:1] or [0.0] * len(points)), *headings]
     poses = [
-        {"header": header(now + time_ns(number * step)), "pose": _pose(x, y, heading)}
+        {"header": header(now + geometry.time_ns(number * step)), "pose": _pose(x, y, heading)}
         for number, ((x, y), heading) in enumerate(zip(points.tolist(), headings, strict=True), start=1)
     ]
     return {"header": header(now), "poses": poses}

@@ -16,24 +16,11 @@ from typing import IO, Self, cast
 from mcap.writer import Writer
 
 from mjnav.errors import InputError, MjnavError
+from mjnav.log import log_format
 from mjnav.log.encode.geometry import time_ns
 from mjnav.log.encode.json_messages import encode_timing
 from mjnav.log.encode.topics import EVENTS, TIMING, Topic, encode_event, topics
 from mjnav.log.live import LiveServer
-from mjnav.log.log_format import (
-    FORMAT,
-    FORMAT_KEY,
-    FRAMES,
-    FRAMES_KEY,
-    LAYOUT,
-    MODEL,
-    REPLAY,
-    RESULT,
-    RUN,
-    SCENARIO,
-    check_path,
-    mcap_writer,
-)
 from mjnav.log.write.sink import DirectSink, Message, ThreadSink
 from mjnav.messages import Event, TickRecord, TickTiming, WorldState
 from mjnav.printable import printable
@@ -135,12 +122,12 @@ class Recorder:
         threaded: bool = False,
         live: LiveServer | None = None,
     ):
-        self.path = None if path is None else check_path(path)
-        self._run_info = {**run_info, FRAMES_KEY: FRAMES}
+        self.path = None if path is None else log_format.check_path(path)
+        self._run_info = {**run_info, log_format.FRAMES_KEY: log_format.FRAMES}
         self._attachments = (
-            (SCENARIO, "application/toml", dumps(scenario).encode()),
-            (MODEL, "application/gzip", gzip.compress(model_xml.encode(), mtime=0)),
-            (LAYOUT, "application/json", Path(__file__).with_name(LAYOUT).read_bytes()),
+            (log_format.SCENARIO, "application/toml", dumps(scenario).encode()),
+            (log_format.MODEL, "application/gzip", gzip.compress(model_xml.encode(), mtime=0)),
+            (log_format.LAYOUT, "application/json", Path(__file__).with_name(log_format.LAYOUT).read_bytes()),
         )
         drawings = scenario.log is not None and scenario.log.drawings
         every = topics(scenario)
@@ -252,11 +239,11 @@ class Recorder:
             self._file = LogFile(path)
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror}") from error
-        writer = self._writer = mcap_writer(cast(IO[bytes], self._file))
+        writer = self._writer = log_format.mcap_writer(cast(IO[bytes], self._file))
         try:
             with self._one_line():
                 writer.start(library="mjnav")
-                writer.add_metadata(RUN, {FORMAT_KEY: str(FORMAT), **self._run_info})
+                writer.add_metadata(log_format.RUN, {log_format.FORMAT_KEY: str(log_format.FORMAT), **self._run_info})
                 for name, media_type, data in self._attachments:
                     writer.add_attachment(0, 0, name, media_type, data)
                 self._register([t for t in self._topics if not (t.name in self._live_only or t.occasional)])
@@ -300,7 +287,9 @@ class Recorder:
                 self._file = None  # the thread that hangs still uses it
             if self._file is not None and result is not None:
                 with suppress(OSError):  # a single record, where the disk has room for one
-                    Writer(cast(IO[bytes], self._file), use_chunking=False).add_metadata(RESULT, dict(result))
+                    Writer(cast(IO[bytes], self._file), use_chunking=False).add_metadata(
+                        log_format.RESULT, dict(result)
+                    )
             raise
         finally:
             if self._file is not None:
@@ -335,6 +324,6 @@ def _end(writer: Writer, result: Mapping[str, str] | None, replay: Scenario | No
     if result is not None:
         writer.flush()
         if replay is not None:
-            writer.add_attachment(0, 0, REPLAY, "application/toml", dumps(replay).encode())
-        writer.add_metadata(RESULT, dict(result))
+            writer.add_attachment(0, 0, log_format.REPLAY, "application/toml", dumps(replay).encode())
+        writer.add_metadata(log_format.RESULT, dict(result))
     writer.finish()
