@@ -282,15 +282,6 @@ class Physics(Settled):
 
 
 @dataclass(frozen=True, slots=True)
-class LogContent(Settled):
-    """What a log holds beside the data. It changes nothing in the run."""
-
-    drawings: Annotated[
-        bool, "also shapes of the candidates, for programs that draw only what a log holds as shapes"
-    ] = False
-
-
-@dataclass(frozen=True, slots=True)
 class Scenario(Constant):
     """One run: everything but the code that decides what happens."""
 
@@ -324,7 +315,6 @@ class Scenario(Constant):
     published: Published | None = None
     prediction: Prediction | None = None
     faults: Faults | None = None
-    log: LogContent | None = None
     metrics: Annotated[
         Annotated[tuple[str | MetricPlugin, ...], Length(0, MAX_METRICS)] | None,
         "of one's own, each package.module:Class or file.py:Class",

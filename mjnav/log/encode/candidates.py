@@ -4,8 +4,7 @@
 found again by equality. The costs are float32: seven digits, half the bytes. /decision has the chosen candidate's cost
 to the last bit.
 
-/candidates/arcs holds the candidates as coloured lines, for viewers that draw what a log holds. The live server sends
-it, and a log has it where its run file says `[log] drawings = true`.
+/candidates/arcs holds the candidates as coloured lines, for viewers of a live run. No log has it.
 
 /cone holds the constraint's samples for the closest obstacle at the chosen control.
 """

@@ -212,7 +212,7 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
         ),
         Topic(
             "/candidates/arcs",
-            "The candidates as coloured arcs: in a live view, and in a log with log.drawings = true.",
+            "The candidates as coloured arcs: in a live view, not in a log.",
             scene_update,
             _arcs,
             drawing=True,

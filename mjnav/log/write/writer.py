@@ -129,9 +129,8 @@ class Recorder:
             (log_format.MODEL, "application/gzip", gzip.compress(model_xml.encode(), mtime=0)),
             (log_format.LAYOUT, "application/json", Path(__file__).with_name(log_format.LAYOUT).read_bytes()),
         )
-        drawings = scenario.log is not None and scenario.log.drawings
         every = topics(scenario)
-        self._live_only = frozenset(topic.name for topic in every if topic.drawing and not drawings)
+        self._live_only = frozenset(topic.name for topic in every if topic.drawing)
         self._topics = tuple(t for t in every if live is not None or t.name not in self._live_only)
         self._awaited = tuple(t for t in self._topics if t.occasional and path is not None)  # by the file
         self._channels: dict[str, int] = {}

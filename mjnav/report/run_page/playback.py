@@ -278,7 +278,7 @@ def _top(table: Table) -> Array:
 
 
 # What the map shows, or the page in another place.
-_ELSEWHERE = ("schema", "name", "description", "seed", "walls", "tables", "pillars", "people", "lanes", "log")
+_ELSEWHERE = ("schema", "name", "description", "seed", "walls", "tables", "pillars", "people", "lanes")
 _ELSEWHERE_TOO = ("robot.start", "robot.goal", "robot.waypoints", "control.method")
 
 

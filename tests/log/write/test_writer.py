@@ -15,7 +15,6 @@ from mjnav.log.encode.topics import topics
 from mjnav.log.log_format import check_path
 from mjnav.log.write.sink import QUEUE_SIZE
 from mjnav.log.write.writer import LogError
-from mjnav.scene.spec import LogContent
 
 FINAL_TOPICS = {"/tf", "/scene", "/robot/truth", "/robot/state", "/people/truth", "/contacts"}
 RESULT = {"outcome": "goal", "success": True, "time_s": 12.345, "collisions": {"person": 0}, "lane_violation_s": None}
@@ -74,14 +73,12 @@ def test_paths_that_cannot_be_written_are_refused_and_nothing_is_made(tmp_path):
     assert not (tmp_path / "new").exists()
 
 
-@pytest.mark.parametrize("drawings", [None, False, True])
-def test_a_log_has_drawings_where_its_run_file_asks_for_them(tmp_path, scenario, made_up, drawings):
-    scenario = scenario if drawings is None else replace(scenario, log=LogContent(drawings))
+def test_a_log_has_candidates_without_drawings_of_them(tmp_path, scenario, made_up):
     with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>") as recorder:
         recorder.write(made_up.record(0))
     log = open_log(tmp_path / "run.mcap")
     assert log.scenario() == scenario
-    assert ("/candidates/arcs" in log.topics) == bool(drawings)
+    assert "/candidates/arcs" not in log.topics
     assert log.topics["/candidates"].messages == 1
 
 
