@@ -89,12 +89,10 @@ class DrawnPeople(Drawn):
 class DrawnRobot(Settled):
     """The robot's start and goal."""
 
-    start_area: Annotated[Area | None, "in which x and y of `start` are drawn"] = None
-    start_heading: Annotated[Angle | None, "of `start`; by default towards the first point of the route"] = None
+    start_area: Annotated[
+        Area | None, "in which `start` is drawn, its heading towards the first point of the route"
+    ] = None
     goal_area: Annotated[Area | None, "in which `goal` is drawn"] = None
-    least_way: Annotated[
-        float, Range(0.0, MAX_LENGTH, "m"), "least distance of the goal from the start, along a straight line"
-    ] = 0.0
 
 
 # --------------------------------------------------------------------- drawn values as plain tables
@@ -143,12 +141,10 @@ def _person(values: Values, streams: Streams) -> Values:
 
 def _robot(values: Values, streams: Streams) -> Values:
     _put_point(values, "goal", "goal_area", streams)
-    heading = values.pop("start_heading", None)
     if "start_area" in values:
         x, y = draw_point(values.pop("start_area"), streams("start_area"))
         goal = (values.get("goal") or values.get("waypoints", [[x + 1.0, y]])[0])[:2]
-        values["start"] = [x, y, atan2(goal[1] - y, goal[0] - x) if heading is None else heading]
-    values.pop("least_way", None)
+        values["start"] = [x, y, atan2(goal[1] - y, goal[0] - x)]
     return values
 
 
@@ -186,7 +182,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
 ROBOT = Kind(
     Robot,
     DrawnRobot,
-    ("start", "start_heading", "goal", "waypoints"),
+    ("start", "goal", "waypoints"),
     (("start_area", "start"), ("goal_area", "goal"), ("goal_area", "waypoints")),
     _robot,
 )

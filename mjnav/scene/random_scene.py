@@ -53,7 +53,7 @@ class Room:
         """Whether there is room for one more body, which an entry draws."""
         match body:
             case Robot():
-                return self._for_robot(body, entry.table.get("least_way", 0.0))
+                return self._for_robot(body)
             case Person():
                 return self._for_person(body, entry.table.get("clear_of_robot"))
         floor = floor_of_people(() if isinstance(body, Wall) else self.walls, self.tables, self.pillars)
@@ -74,13 +74,12 @@ class Room:
         distance = np.hypot(*np.moveaxis(points[:, None] - places, -1, 0))
         return bool(distance.min() >= radius + self.robot.radius + ROBOT_ROOM)
 
-    def _for_robot(self, robot: Robot, least_way: float) -> bool:
-        """Whether the robot's start and route keep clear of walls and furniture, its start of people; and are apart."""
+    def _for_robot(self, robot: Robot) -> bool:
+        """Whether the robot's start and route keep clear of walls and furniture, its start of people."""
         points = [robot.start[:2], *robot.route]
         clearance = floor_of_people(self.walls, self.tables, self.pillars).clearance(points)
         people = all(_apart(robot.start, p.start) - p.radius - robot.radius >= ROBOT_TO_PERSON for p in self.people)
-        is_long = _apart(robot.start, robot.route[-1]) >= least_way
-        return is_long and bool(clearance.min() >= robot.radius + ROBOT_ROOM) and people
+        return bool(clearance.min() >= robot.radius + ROBOT_ROOM) and people
 
     def _for_person(self, person: Person, clear_of_robot: float | None) -> bool:
         """Whether a person's start keeps clear of all, and their waypoints of walls, furniture and the robot's goals.
