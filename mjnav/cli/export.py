@@ -20,7 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--format",
         metavar="|".join(FORMATS),
         required=True,
-        help="trajectories for evo; a table a topic for pandas, or typed for DuckDB; a ROS 2 bag",
+        help="a table a topic for pandas, or typed for DuckDB; a ROS 2 bag, which evo reads, too",
     )
     parser.add_argument(
         "--topic", action="append", metavar="NAME", help="csv, parquet: this topic only; may be repeated"

@@ -33,7 +33,7 @@ _GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType(
             "report": ("mjnav.cli.report", "write a page that shows what happened in a run"),
             "render": ("mjnav.cli.render", "draw one moment of a run, or film it"),
             "replay": ("mjnav.cli.replay", "run a log's scenario again and compare it tick by tick"),
-            "export": ("mjnav.cli.export", "write a log as trajectories, tables or a ROS 2 bag"),
+            "export": ("mjnav.cli.export", "write a log as tables or a ROS 2 bag"),
             "recover": ("mjnav.cli.recover", "write what is intact in a damaged log to a new one"),
             "surface": ("mjnav.cli.surface", "draw the cost of one decision over all speeds and turn rates"),
         },

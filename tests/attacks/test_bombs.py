@@ -29,7 +29,6 @@ COMMANDS = {
     "recover": ("recover", "log.mcap", "out.mcap"),
     "report": ("report", "log.mcap", "-o", "out.html"),
     "csv": ("export", "log.mcap", "out", "--format", "csv"),
-    "tum": ("export", "log.mcap", "out", "--format", "tum"),
     "replay": ("replay", "log.mcap"),
     "render": ("render", "log.mcap", "-o", "out.png"),
 }
@@ -104,7 +103,7 @@ def repeated_names(sound: bytes) -> bytes:
 
 
 BOMBS = {
-    zeros: ("inspect", "recover", "report", "csv", "tum", "replay", "render"),
+    zeros: ("inspect", "recover", "report", "csv", "replay", "render"),
     zeros_in_lz4: ("inspect",),
     tiny_messages: ("inspect", "recover", "csv"),
     tiny_channels: ("inspect", "recover"),

@@ -17,7 +17,7 @@ CALLS = """
     render whole.mcap -o new/a.mp4
     report whole.mcap -o new/a.html
     recover whole.mcap new/a.mcap
-    export whole.mcap new/a --format tum
+    export whole.mcap new/a --format csv
 """
 MORE = """
     compare crossings -o new/a.csv

@@ -27,7 +27,6 @@ READ = (
     (0, "report a.mcap"),
     (0, "render a.mcap -o a.png --size 64x64"),
     (0, "render a.mcap -o a.mp4 --size 64x64 --fps 5"),
-    (0, "export a.mcap tum --format tum"),
     (0, "export a.mcap csv --format csv"),
     (0, "export a.mcap bag --format rosbag2"),
     (0, "recover a.mcap b.mcap"),
@@ -105,7 +104,7 @@ def with_attachments(folder: Path, texts: dict[str, str]) -> Path:
     with open(path, "wb") as file:
         writer = Writer(file)
         writer.start()
-        writer.add_metadata("mjnav/run", {"seed": "0"})
+        writer.add_metadata("mjnav/run", {"seed": "0", "log_format": "2"})
         for name, text in texts.items():
             writer.add_attachment(0, 0, name, "application/toml", text.encode())
         writer.finish()

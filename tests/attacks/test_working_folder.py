@@ -33,7 +33,6 @@ COMMANDS = (
     "replay a.mcap",
     "inspect a.mcap",
     "recover a.mcap b.mcap",
-    "export a.mcap out-tum --format tum",
     "export a.mcap out-csv --format csv",
     "export a.mcap out-bag --format rosbag2",
 )

@@ -21,7 +21,6 @@ def whole(tmp_path_factory):
 @pytest.mark.parametrize(
     ("form", "name", "count", "unit"),
     [
-        ("tum", "robot_truth.tum", 16, "poses"),
         ("csv", "command.csv", 15, "rows"),
         ("parquet", "command.parquet", 15, "rows"),
         ("rosbag2", "/scan", 15, "messages"),

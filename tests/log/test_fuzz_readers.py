@@ -27,7 +27,6 @@ COMMANDS = {
     "inspect --json": ("inspect", "{log}", "--json"),
     "recover": ("recover", "{log}", "{out}.mcap"),
     "report": ("report", "{log}", "-o", "{out}.html"),
-    "export tum": ("export", "{log}", "{out}-tum", "--format", "tum"),
     "export csv": ("export", "{log}", "{out}-csv", "--format", "csv"),
     "export rosbag2": ("export", "{log}", "{out}-bag", "--format", "rosbag2"),
     "replay": ("replay", "{log}"),

@@ -1,1 +1,1 @@
-"""A log for other programs: TUM trajectories, CSV tables, a ROS 2 bag."""
+"""A log for other programs: CSV or Parquet tables, a ROS 2 bag."""

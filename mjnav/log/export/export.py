@@ -1,12 +1,5 @@
 """A log as a folder that other programs read, in one of FORMATS: all of the folder or nothing of it.
 
-TUM is the format of the TUM RGB-D benchmark, which evo reads: a file for each trajectory, a pose a line. Of the robot:
-robot_truth.tum and robot_estimate.tum; of each person: person0_truth.tum and person0_estimate.tum. Times are simulated
-seconds, exact to the nanosecond and the same in all files; every number reads back to the last bit. A person has no
-heading of its own and faces its velocity.
-
-Source: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats
-
 Tidy tables have a file for each kind of row, a row for each observation, a column for each figure.
 
 Every table begins with the number of the tick and the simulated time, by which tables join. Particles, the cone's
@@ -27,7 +20,6 @@ import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from math import atan2, cos, sin
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -125,51 +117,6 @@ def _cells(block: Block) -> Iterator[Iterable[Any]]:
             yield map(neutral, values)
 
 
-# --------------------------------------------------------------------------------- trajectories (TUM)
-
-TUM_TOPICS = ("/robot/state", "/people/truth", "/people/estimate")
-_HEADER = "# timestamp tx ty tz qx qy qz qw\n"
-
-
-def write_tum(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folder: Path) -> dict[str, int]:
-    """One file a trajectory; gives the number of poses in each. A pose that is not finite is left out."""
-    lines: dict[str, list[str]] = {}  # in memory: there may be more tracks than files that can be open
-    for message in messages:
-        time = _seconds(message.time_ns)
-        for name, (x, y, heading) in _poses(message):
-            z, w = sin(0.5 * heading), cos(0.5 * heading)
-            lines.setdefault(name, []).append(f"{time} {x!r} {y!r} 0 0 0 {z!r} {w!r}\n")
-    folder.mkdir()
-    for name in sorted(lines):
-        (folder / name).write_text(_HEADER + "".join(lines[name]), encoding="utf-8")
-    return {name: len(lines[name]) for name in sorted(lines)}
-
-
-def _seconds(time_ns: int) -> str:
-    """Nanoseconds as seconds, every digit."""
-    seconds, nanos = divmod(time_ns, 1_000_000_000)
-    return f"{seconds}.{nanos:09d}"
-
-
-def _poses(message: LogMessage) -> Iterator[tuple[str, list[float]]]:
-    """File names with x, y [m], heading [rad]."""
-    document = message.value
-    if message.topic == "/robot/state":
-        poses = {"robot_truth": document["pose"], "robot_estimate": (document["estimate"] or {}).get("mean")}
-    else:
-        kind = message.topic.rpartition("/")[2]
-        poses = {f"{person['name']}_{kind}": _walking(person) for person in document["people"]}
-    for name, pose in poses.items():
-        if pose is not None and None not in pose:
-            yield f"{name.replace('/', '_')}.tum", pose
-
-
-def _walking(person: Mapping[str, Any]) -> list[float] | None:
-    """x, y and the direction of the velocity; None where something is not finite."""
-    vx, vy = person["velocity"]
-    return None if vx is None or vy is None else [*person["position"], atan2(vy, vx)]
-
-
 # -------------------------------------------------------------------------------------------- formats
 
 
@@ -196,7 +143,6 @@ def _write_bag(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], 
 
 FORMATS: Mapping[str, Format] = MappingProxyType(
     {
-        "tum": Format(write_tum, TUM_TOPICS, "poses"),
         "csv": Format(write_csv, TOPICS, "rows", by_topic=True),
         "parquet": Format(write_parquet, TOPICS, "rows", by_topic=True, needs=("pyarrow", "pandas")),
         "rosbag2": Format(_write_bag, (*TOPICS, "/scene"), "messages", needs=("rosbags", "ros2")),
@@ -228,7 +174,7 @@ def export(
 ) -> dict[str, int]:
     """Writes a log, or some of its topics, as the new folder `path`.
 
-    Gives the number of poses, rows or messages by file or topic. `progress` is told the simulated time so far [s]; what
+    Gives the number of rows or messages by file or topic. `progress` is told the simulated time so far [s]; what
     it raises ends the export. After any exception nothing of the folder is left. Raises InputError where mjnav did not
     write the log or it holds no messages, and as `check_format` and `check_new_folder` do; DamagedLogError where a
     message is not one of mjnav's; MjnavError where the folder cannot be written.
