@@ -63,7 +63,7 @@ def folder(tmp_path_factory):
     with open(folder / "b.mcap", "wb") as file:
         writer = Writer(file)
         writer.start()
-        writer.add_metadata("mjnav/run", {HOSTILE: HOSTILE, "scene": HOSTILE, "controller": HOSTILE})
+        writer.add_metadata("mjnav/run", {"log_format": "2", HOSTILE: HOSTILE, "scene": HOSTILE, "controller": HOSTILE})
         schema = writer.register_schema(HOSTILE, "jsonschema", b"{}")
         writer.add_message(writer.register_channel(HOSTILE, "json", schema), 0, b"{}", 0)
         writer.add_metadata("mjnav/result", {"outcome": HOSTILE, HOSTILE: HOSTILE})
