@@ -227,9 +227,9 @@ def _notices(run: ShownRun) -> Iterator[str]:
     if not found.complete:
         yield "The run did not end: there is no result."
     yield from (f"Missing: {sentence}." for sentence in found.missing)
-    if data.stride > 1:
-        yield f"Playback and plots have one tick in {data.stride} of {shown(data.ticks)}; figures have all."
-    if data.candidates is None:
+    if data["stride"] > 1:
+        yield f"Playback and plots have one tick in {data['stride']} of {shown(data['ticks'])}; figures have all."
+    if data["candidates"] is None:
         yield "This run's method logs no candidates."
 
 
@@ -252,7 +252,7 @@ def _of_run(run: ShownRun) -> dict[str, str]:
     info = run.inspection.run or {}
     known = {key: str(info[key]) for key in _FACTS if info.get(key)}
     first = {key: known.pop(key) for key in ("scene", "controller") if key in known}
-    return {**first, **run.playback.parameters, "noise": run.playback.noise, **known}
+    return {**first, **run.playback["parameters"], "noise": run.playback["noise"], **known}
 
 
 def moments(runs: Sequence[ShownRun]) -> str:
@@ -271,17 +271,17 @@ def moments(runs: Sequence[ShownRun]) -> str:
 
 def events(runs: Sequence[ShownRun]) -> str:
     """What the logs have under /events, in order of time, as buttons."""
-    rows = [(one.time, run.number, run.mark, one) for run in runs for one in run.playback.events]
+    rows = [(one["time"], run.number, run.mark, one) for run in runs for one in run.playback["events"]]
     rows.sort(key=lambda row: row[:2])
     if not rows:
         return '<p class="none">None.</p>'
     items = "".join(
-        f'<li><button type="button" data-seek="{time!r}" class="{escape(event.level)}">{mark}'
-        f'<span class="when">{time:.2f} <span class="unit">s</span></span><b>{escape(event.name)}</b> '
-        f'<span class="what">{escape(event.text)}</span></button></li>'
+        f'<li><button type="button" data-seek="{time!r}" class="{escape(event["level"])}">{mark}'
+        f'<span class="when">{time:.2f} <span class="unit">s</span></span><b>{escape(event["name"])}</b> '
+        f'<span class="what">{escape(event["text"])}</span></button></li>'
         for time, _, mark, event in rows
     )
-    left_out = sum(run.playback.num_events for run in runs) - len(rows)
+    left_out = sum(run.playback["num_events"] for run in runs) - len(rows)
     more = f'<p class="none">{left_out} more are in the log.</p>' if left_out else ""
     return f'<ol class="events" tabindex="0" aria-label="Events">{items}</ol>{more}'
 

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, is_dataclass
+from dataclasses import is_dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from mjnav.messages import PHASES, Array
 from mjnav.metrics.safety import clearance
 from mjnav.report.inspection import shown_people
 from mjnav.report.run_page import layers
-from mjnav.report.run_page.run_frames import TRACK_PARTICLES, PageEvent, RunFrames
+from mjnav.report.run_page.run_frames import TRACK_PARTICLES, RunFrames
 from mjnav.scene.bodies import KnownBodies
 from mjnav.scene.spec import Scenario, Table
 from mjnav.scene.ways import planned_legs
@@ -26,37 +26,7 @@ PARTICLE = 4e-3  # [m] step of a particle's offset: half a metre at most
 MAX_DRAWINGS = 12  # of what the robot has drawn of the floor
 
 
-@dataclass(frozen=True, slots=True)
-class Playback:
-    """What a page's scripts get of a run, field by field as JSON (web/unpack.js)."""
-
-    scene: dict[str, Any]
-    people: list[str]
-    tracks: list[str]
-    lidar: dict[str, Any] | None  # of a robot that goes by its scans
-    phases: tuple[str, ...]  # of a tick
-    preview: float  # [s] that a candidate's arc is long
-    levels: int  # of candidates' ranks
-    normalised: bool  # whether the cone's samples are over the squared radius
-    particles: dict[str, int]  # of the robot's belief and of each track's
-    period: float  # [s]
-    statuses: list[str]  # that codes stand for
-    cone: dict[str, Any] | None  # axis of the histograms, and the obstacles that codes stand for
-    candidates: dict[str, Any] | None  # shape of their grid; None where the method logs none
-    bodies: list[str]  # that codes of the nearest stand for
-    ticks: int
-    stride: int  # ticks from frame to frame
-    events: list[PageEvent]  # the first MAX_EVENTS
-    num_events: int
-    parameters: dict[str, str]  # keys of the run file that are not the defaults
-    noise: str  # the profile
-    plan: dict[str, Any] | None  # of a method that plans ahead
-    fields: dict[str, dict[str, Any]]  # kind, shape and place of each array
-    gzip: str  # the arrays
-
-    def document(self) -> dict[str, Any]:
-        """As a page has it."""
-        return asdict(self)
+Playback = dict[str, Any]  # what a page's scripts get of a run, as JSON (web/unpack.js)
 
 
 @np.errstate(all="ignore")  # what a damaged log says may be any number
@@ -83,33 +53,33 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
     known = len(scenario.people) == run.trajectory.people_position.shape[1]
     bodies = _pack_clearance(packer, clearance(run.trajectory, scenario) if known else {}, kept)
     plan = layers.pack_plans(packer, frames.plans, len(frames))
-    return Playback(
-        scene={**_scene_outline(scenario), "own_ways": _own_ways(frames)},
-        people=people,
-        tracks=tracks,
-        lidar=_pack_lidar(packer, frames, scenario, tracks),
-        phases=PHASES,
-        preview=PREVIEW,
-        levels=NUM_LEVELS,
-        normalised=bool(scenario.control.parameters.get("normalise", scenario.control.method != "rkhs-paper")),
-        particles={
+    return {
+        "scene": {**_scene_outline(scenario), "own_ways": _own_ways(frames)},
+        "people": people,
+        "tracks": tracks,
+        "lidar": _pack_lidar(packer, frames, scenario, tracks),  # of a robot that goes by its scans, or None
+        "phases": PHASES,
+        "preview": PREVIEW,
+        "levels": NUM_LEVELS,
+        "normalised": bool(scenario.control.parameters.get("normalise", scenario.control.method != "rkhs-paper")),
+        "particles": {
             "robot": scenario.estimation.robot.particles,
             "tracks": scenario.estimation.obstacles.particles,
         },
-        period=scenario.control.period,
-        statuses=_pack_status(packer, frames),
-        cone=None if plan and plan["violation"] else _pack_cones(packer, frames),
-        candidates=_pack_candidates(packer, frames),
-        bodies=bodies,
-        ticks=len(run.ticks) - 1,
-        stride=stride,
-        events=frames.events,
-        num_events=frames.num_events,
-        parameters=_set_parameters(scenario),
-        noise=scenario.noise.profile,
-        plan=plan,
+        "period": scenario.control.period,
+        "statuses": _pack_status(packer, frames),
+        "cone": None if plan and plan["violation"] else _pack_cones(packer, frames),
+        "candidates": _pack_candidates(packer, frames),
+        "bodies": bodies,
+        "ticks": len(run.ticks) - 1,
+        "stride": stride,
+        "events": frames.events,  # the first MAX_EVENTS
+        "num_events": frames.num_events,
+        "parameters": _set_parameters(scenario),
+        "noise": scenario.noise.profile,
+        "plan": plan,  # of a method that plans ahead, or None
         **packer.packed(),
-    )
+    }
 
 
 def _stacked(parts: list[Array], length: int, *shape: int) -> Array:

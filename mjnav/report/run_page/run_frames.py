@@ -32,16 +32,6 @@ Ways = Mapping[str, Array]  # track -> (MOST_SAMPLES, POINTS, 2) [m]
 
 
 @dataclass(frozen=True, slots=True)
-class PageEvent:
-    """A message of /events."""
-
-    time: float  # [s]
-    level: str
-    name: str
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
 class CandidateRanks:
     """One tick's. `level` goes from 0, the cheapest eighth, to 7."""
 
@@ -111,7 +101,7 @@ class RunFrames:
         self.plans: dict[int, PlanShown] = {}
         self.ways: dict[int, Ways] = {}
         self.own_ways: dict[int, tuple[Array, Array]] = {}  # (n, 2) of the robot, and (k, 3) discs that it has drawn
-        self.events: list[PageEvent] = []
+        self.events: list[dict[str, Any]] = []  # the first MAX_EVENTS messages of /events
         self.num_events = 0
         self._path, self._budget = log.path, Budget(log.path.stat().st_size)
         scenario = log.scenario()
@@ -265,7 +255,7 @@ class RunFrames:
         self.num_events += 1
         if len(self.events) < MAX_EVENTS:
             level = LEVELS[value.level] if value.level < len(LEVELS) else LEVELS[0]
-            self.events.append(PageEvent(time, level, value.name, value.message))
+            self.events.append({"time": time, "level": level, "name": value.name, "text": value.message})
 
 
 def columns_of_tracks(names: Sequence[str], before: Mapping[str, str]) -> dict[str, str]:

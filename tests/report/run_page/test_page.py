@@ -159,9 +159,9 @@ def test_the_page_says_how_the_run_was_made(logs, report, tmp_path):
 def test_a_long_run_is_thinned_and_says_so(logs):
     log = open_log(logs / "hall.mcap")
     data = playback(log, max_frames=11)
-    assert (data.stride, data.ticks) == (3, 30)
-    assert data.fields["time"]["shape"] == [12]  # the last tick, whose beliefs the end shows, is one of them
-    assert playback(log, keep=(3, 4, 28), max_frames=11).fields["time"]["shape"] == [14]
+    assert (data["stride"], data["ticks"]) == (3, 30)
+    assert data["fields"]["time"]["shape"] == [12]  # the last tick, whose beliefs the end shows, is one of them
+    assert playback(log, keep=(3, 4, 28), max_frames=11)["fields"]["time"]["shape"] == [14]
     assert "one tick in 3 of 30" in page([(inspect(log), data)])
 
 
