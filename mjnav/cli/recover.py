@@ -2,7 +2,6 @@
 
 import argparse
 import json
-from dataclasses import asdict
 from pathlib import Path
 
 from mjnav.cli.terminal import stoppable
@@ -28,7 +27,7 @@ def execute(arguments: argparse.Namespace) -> int:
         recovery = recover(log, arguments.out, on_byte=lambda place: step(1e-6 * place))
     if arguments.json:
         # changed_bit: earlier versions could put one changed bit right
-        found = {"schema": 1, "log": arguments.log, "out": arguments.out, "changed_bit": None, **asdict(recovery)}
+        found = {"schema": 1, "log": arguments.log, "out": arguments.out, "changed_bit": None, **recovery}
         print(json.dumps(found))
     else:
         _print(recovery, arguments.out)
@@ -37,24 +36,24 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _print(found: Recovery, out: str) -> None:
     print(f"{out}: {_headline(found)}")
-    topics = sorted(found.topics.keys() | found.topics_lost.keys())
+    topics = sorted(found["topics"].keys() | found["topics_lost"].keys())
     width = min(max(map(len, topics), default=0), _MAX_WIDTH)
     print(f"  {'messages':{width}}  {'kept':>8}  {'lost':>8}")
     for topic in topics[:_MAX_TOPICS]:
-        lost = found.topics_lost.get(topic, 0) if found.messages_lost_is_exact else "?"
-        print(f"  {topic:{width}}  {found.topics.get(topic, 0):8}  {lost:>8}")
+        lost = found["topics_lost"].get(topic, 0) if found["messages_lost_is_exact"] else "?"
+        print(f"  {topic:{width}}  {found['topics'].get(topic, 0):8}  {lost:>8}")
     if len(topics) > _MAX_TOPICS:
         print(f"  {len(topics) - _MAX_TOPICS} topics more, which --json has")
-    _print_names("attachments", found.attachments, found.attachments_lost)
-    _print_names("metadata", found.metadata, found.metadata_lost)
-    for gap in found.ranges[:_SHOWN]:
-        print(f"  damaged: bytes {gap.start} to {gap.end}, {gap.why}")
-    if found.num_ranges > _SHOWN:
-        print(f"  damaged: {found.num_ranges - _SHOWN} places more")
-    if found.unchecked:
-        names = (name if count == 1 else f"{count} × {name}" for name, count in found.unchecked.items())
+    _print_names("attachments", found["attachments"], found["attachments_lost"])
+    _print_names("metadata", found["metadata"], found["metadata_lost"])
+    for gap in found["ranges"][:_SHOWN]:
+        print(f"  damaged: bytes {gap['start']} to {gap['end']}, {gap['why']}")
+    if found["num_ranges"] > _SHOWN:
+        print(f"  damaged: {found['num_ranges'] - _SHOWN} places more")
+    if found["unchecked"]:
+        names = (name if count == 1 else f"{count} × {name}" for name, count in found["unchecked"].items())
         print(f"  kept, but no checksum covers it: {', '.join(names)}")
-    if found.unknown_topics:
+    if found["unknown_topics"]:
         print("  kept, but no record says their topics: the messages of /unknown/...")
 
 
@@ -64,9 +63,11 @@ def _print_names(what: str, kept: list[str], lost: list[str]) -> None:
 
 
 def _headline(found: Recovery) -> str:
-    if found.how == "intact":
+    if found["how"] == "intact":
         return "the log is intact and was copied as it is; nothing was lost"
     lost = (
-        f"{found.messages_lost or 'none'} lost" if found.messages_lost_is_exact else "how many were lost is not known"
+        f"{found['messages_lost'] or 'none'} lost"
+        if found["messages_lost_is_exact"]
+        else "how many were lost is not known"
     )
-    return f"{found.messages} messages kept, {lost}"
+    return f"{found['messages']} messages kept, {lost}"

@@ -6,9 +6,9 @@ import shutil
 import struct
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from mcap.records import (
     Attachment,
@@ -32,26 +32,7 @@ MAX_RANGES = 200  # of lost bytes that are listed
 OnByte = Callable[[int], None]
 
 
-@dataclass(frozen=True, slots=True)
-class Recovery:
-    """What was kept of a log and what was lost, by the keys of `--json` and of the metadata `mjnav/recovered`."""
-
-    how: str  # `intact` or `recovered`
-    has_end: bool
-    messages: int
-    messages_lost: int
-    messages_lost_is_exact: bool  # the file itself still says how many it held
-    unknown_topics: list[str]
-    topics: dict[str, int]  # messages kept, and lost
-    topics_lost: dict[str, int]
-    attachments: list[str]
-    attachments_lost: list[str]
-    metadata: list[str]
-    metadata_lost: list[str]
-    unchecked: dict[str, int]  # metadata kept: they have no checksum of their own, and that of all data does not fit
-    bytes_lost: int
-    num_ranges: int
-    ranges: list[LostBytes]  # the first MAX_RANGES
+Recovery = dict[str, Any]  # what was kept and what was lost, as `--json` and the metadata `mjnav/recovered` have it
 
 
 def recover(
@@ -61,7 +42,7 @@ def recover(
 
     A log that is not damaged is copied byte for byte. Of any other a new file is made of the same schemas, channels,
     messages, attachments and metadata, in the same order, with the metadata `mjnav/recovered`: the file's name and the
-    fields of the Recovery. `out` appears when it is whole. `on_byte` is told how far in `log` the reading is.
+    keys of the Recovery. `out` appears when it is whole. `on_byte` is told how far in `log` the reading is.
 
     Raises InputError where `log` cannot be read or is no MCAP file, and where `out` exists or cannot be written;
     DamagedLogError where there is nothing to recover; MjnavError where the disk is full.
@@ -69,11 +50,12 @@ def recover(
     check_path(out)
     log = Path(log)
     recovery = _counted(read_records(log, on_byte))
-    if not (recovery.how == "intact" or recovery.messages or recovery.attachments or recovery.metadata):
+    intact = recovery["how"] == "intact"
+    if not (intact or recovery["messages"] or recovery["attachments"] or recovery["metadata"]):
         raise DamagedLogError(f"{log}: damaged: nothing in it can be recovered")
     with appearing(Path(out)) as path:
         with open(path, "xb") as file, open_file(log) as source:
-            if recovery.how == "recovered":
+            if not intact:
                 try:
                     _write(log, recovery, file, on_byte)
                 except struct.error as error:
@@ -110,24 +92,25 @@ def _counted(records: Iterable[McapRecord | LostBytes]) -> Recovery:
     lost = Counter(expected or {})
     lost.subtract(kept)
     intact = has_end and not ranges
-    return Recovery(
-        how="intact" if intact else "recovered",
-        has_end=has_end,
-        messages=kept.total(),
-        messages_lost=(+lost).total(),
-        messages_lost_is_exact=expected is not None,
-        unknown_topics=[unknown_topic(channel) for channel in sorted(kept.keys() - topics)],
-        topics=_by_topic({**dict.fromkeys(topics, 0), **kept}, topics),
-        topics_lost=_by_topic(+lost, topics),
-        attachments=sorted(names[Attachment].elements()),
-        attachments_lost=sorted((names[AttachmentIndex] - names[Attachment]).elements()),
-        metadata=sorted(names[Metadata].elements()),
-        metadata_lost=sorted((names[MetadataIndex] - names[Metadata]).elements()),
-        unchecked={} if intact else {f"metadata {name}": count for name, count in names[Metadata].items()},
-        bytes_lost=sum(part.end - part.start for part in ranges),
-        num_ranges=len(ranges),
-        ranges=ranges[:MAX_RANGES],
-    )
+    return {
+        "how": "intact" if intact else "recovered",
+        "has_end": has_end,
+        "messages": kept.total(),
+        "messages_lost": (+lost).total(),
+        "messages_lost_is_exact": expected is not None,  # the file itself still says how many it held
+        "unknown_topics": [unknown_topic(channel) for channel in sorted(kept.keys() - topics)],
+        "topics": _by_topic({**dict.fromkeys(topics, 0), **kept}, topics),
+        "topics_lost": _by_topic(+lost, topics),
+        "attachments": sorted(names[Attachment].elements()),
+        "attachments_lost": sorted((names[AttachmentIndex] - names[Attachment]).elements()),
+        "metadata": sorted(names[Metadata].elements()),
+        "metadata_lost": sorted((names[MetadataIndex] - names[Metadata]).elements()),
+        # They have no checksum of their own, and that of all data does not fit.
+        "unchecked": {} if intact else {f"metadata {name}": count for name, count in names[Metadata].items()},
+        "bytes_lost": sum(part.end - part.start for part in ranges),
+        "num_ranges": len(ranges),
+        "ranges": [asdict(part) for part in ranges[:MAX_RANGES]],
+    }
 
 
 def unknown_topic(channel: int) -> str:
@@ -170,7 +153,7 @@ def _write(log: Path, recovery: Recovery, file: IO[bytes], on_byte: OnByte) -> N
             writer.flush()
             writer.add_metadata(record.name, record.metadata)
     writer.flush()
-    described = {"file": log.name, "size": log.stat().st_size, **asdict(recovery)}
+    described = {"file": log.name, "size": log.stat().st_size, **recovery}
     writer.add_metadata(
         RECOVERED, {key: value if isinstance(value, str) else json.dumps(value) for key, value in described.items()}
     )
