@@ -364,9 +364,7 @@ def put_crowd(document: dict[str, Any], folder: Path | None) -> None:
         return
     with below("crowd"):
         crowd = settled(Crowd, document.pop("crowd"))
-        if folder is None:
-            raise InvalidValue("file", crowd.file, "nothing; only a run file may name another file")
-        made = people_of(crowd, files.found(crowd.file, folder))
+        made = people_of(crowd, files.found("file", crowd.file, folder, "nothing"))
     people = document.get("people", [])
     document["people"] = [*people, *made] if isinstance(people, list) else people
 

@@ -197,10 +197,9 @@ def put_map(document: dict[str, Any], folder: Path | None) -> None:
         return
     with below("map"):
         given = settled(MapFile, document.pop("map"))
-        if folder is None:
-            raise InvalidValue("file", given.file, "nothing; only a run file may name another file")
+        path = files.found("file", given.file, folder, "nothing")
         try:
-            grid = read_map(files.found(given.file, folder))
+            grid = read_map(path)
         except InvalidValue as error:
             inner = InvalidValue(error.key, error.found, error.allowed, nearest=error.nearest)
             raise InvalidValue("file", given.file, f"a map that can be read ({inner})") from None

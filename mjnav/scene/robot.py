@@ -87,9 +87,7 @@ def robot_path(name: str, folder: Path | None) -> Path:
         return data_folder("models") / "robots" / name / "robot.toml"
     if not name.endswith(".toml"):
         raise unknown_name("robot.model", name, robots(), also="the path of a robot's file, .toml")
-    if folder is None:
-        raise InvalidValue("robot.model", name, "a shipped robot; only a run file may name another file")
-    return files.found(name, folder)
+    return files.found("robot.model", name, folder, "a shipped robot")
 
 
 def read_robot(path: Path) -> RobotFile:

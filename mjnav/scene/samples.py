@@ -9,15 +9,25 @@ Loading the run file puts the numbers in place of the file, so a log has them an
 
 import csv
 import os
+from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.noise import CHANNELS
 from mjnav.scene import toml as files
+from mjnav.settings import Settled, below, settled
 
 _MAX_BYTES = 50_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class SamplesFile(Settled):
+    """What stands in place of numbers."""
+
+    file: Annotated[str, "a CSV file, from the run file's folder or else the working folder"]
+    column: Annotated[str | None, "of the errors, where the file has several"] = None
 
 
 def read_column(path: str | os.PathLike[str], column: str | None) -> tuple[str, list[float]]:
@@ -59,19 +69,11 @@ def put_samples(document: dict[str, Any], folder: Path | None) -> None:
         given = table.get("samples") if isinstance(table, dict) else None
         if not isinstance(given, dict):
             continue
-        where = f"noise.{channel}.samples"
-        for key in given:
-            if key not in ("file", "column"):
-                raise unknown_name(where, key, ("file", "column"))
-        file, column = given.get("file"), given.get("column")
-        if not isinstance(file, str):
-            raise InvalidValue(f"{where}.file", file, "the path of a CSV file, from the run file's folder")
-        if folder is None:
-            raise InvalidValue(f"{where}.file", file, "numbers; only a run file may name another file")
-        if not (column is None or isinstance(column, str)):
-            raise InvalidValue(f"{where}.column", column, "a column's name")
-        try:
-            table["samples"] = read_column(files.found(file, folder), column)[1]
-        except InvalidValue as error:
-            inner = InvalidValue(error.key, error.found, error.allowed, nearest=error.nearest)
-            raise InvalidValue(where, file, f"a column of errors that can be read ({inner})") from None
+        with below("noise", *channel.split("."), "samples"):
+            samples = settled(SamplesFile, given)
+            path = files.found("file", samples.file, folder)
+            try:
+                table["samples"] = read_column(path, samples.column)[1]
+            except InvalidValue as error:
+                inner = InvalidValue(error.key, error.found, error.allowed, nearest=error.nearest)
+                raise InvalidValue("", samples.file, f"a column of errors that can be read ({inner})") from None

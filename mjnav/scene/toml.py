@@ -56,19 +56,22 @@ def inline(document: dict[str, Any], folder: Path | None) -> None:
     latency = document.get("control", {})
     latency = latency.get("latency") if isinstance(latency, dict) else None
     if isinstance(latency, dict) and isinstance(latency.get("trace"), str):
-        if folder is None:
-            raise InvalidValue(TRACE, latency["trace"], "numbers; only a run file may name another file")
         latency["trace"] = _numbers(latency["trace"], folder)
 
 
-def found(name: str, folder: Path) -> Path:
-    """The path of a file that a run file in `folder` names: from there, or else from the working folder."""
+def found(key: str, name: str, folder: Path | None, instead: str = "numbers") -> Path:
+    """The path of a file that a run file in `folder` names: from there, or else from the working folder.
+
+    Raises InvalidValue without a folder, where `instead` is allowed.
+    """
+    if folder is None:
+        raise InvalidValue(key, name, f"{instead}; only a run file may name another file")
     beside = folder / name
     return beside if os.path.exists(beside) else Path(name)  # Path.exists raises for a name that is too long
 
 
-def _numbers(name: str, folder: Path) -> list[float]:
-    path = found(name, folder)
+def _numbers(name: str, folder: Path | None) -> list[float]:
+    path = found(TRACE, name, folder)
     with readable("a text file of numbers", TRACE, name):
         text = read_regular(path, _MAX_BYTES).decode()
     values = []

@@ -87,8 +87,8 @@ def test_a_column_of_a_file_is_as_good_as_its_numbers(tmp_path):
         ('{ file = "pose.csv" }', "one of time, x"),
         ('{ file = "bad.csv", column = "x" }', "line 3: found 'much'; allowed: a finite number in column x"),
         ('{ file = "nan.csv", column = "x" }', "line 2: found 'nan'; allowed: a finite number in column x"),
-        ('{ fil = "pose.csv" }', "noise.pose.x.samples: found 'fil'; allowed: column, file"),
-        ("{ file = 3 }", "file: found 3; allowed: the path of a CSV file"),
+        ('{ fil = "pose.csv" }', "noise.pose.x.samples.fil: found 'fil'; allowed: column, file"),
+        ("{ file = 3 }", "file: found 3; allowed: a string"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said(tmp_path, given, said):
