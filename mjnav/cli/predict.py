@@ -2,14 +2,10 @@
 
 import argparse
 import json
-from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import Any
 
 from mjnav.cli import options
-from mjnav.cli.terminal import compile_notice, print_table
-
-if TYPE_CHECKING:
-    from mjnav.study.prediction import Figure, Measured
+from mjnav.cli.terminal import compile_notice, print_table, shown
 
 SAMPLES = options.number(int, 1, 1_000_000)
 EVERY = options.number(float, 0.0, 1e6, "s", open_low=True)
@@ -68,44 +64,44 @@ def execute(arguments: argparse.Namespace) -> int:
     with compile_notice():
         measured = measure(arguments.source, plan)
     if arguments.json:
-        print(json.dumps({"schema": 1, **asdict(measured), "samples": arguments.samples}))
+        print(json.dumps({"schema": 1, **measured, "samples": arguments.samples}))
     else:
         _print(measured)
     return 0
 
 
-def _print(measured: "Measured") -> None:
+def _print(measured: dict[str, Any]) -> None:
     from mjnav.study.prediction import BY_HORIZON
 
-    first, *others = measured.models
-    one = measured.models[first]
-    print(measured.source)
-    people = f"{one.people} {'person' if one.people == 1 else 'people'}"
-    knowledge = "exact positions" if measured.exact else "beliefs of the tracker"
-    means = "; means over people, [95 %]" if one.people > 1 else ""
-    ahead = f"{measured.steps} steps of {measured.step_s:g} s"
-    print(f"{one.predictions} predictions of {people}, {ahead}, from {knowledge}{means}")
-    if not one.predictions:
+    first, *others = measured["models"]
+    one = measured["models"][first]
+    print(measured["source"])
+    people = f"{one['people']} {'person' if one['people'] == 1 else 'people'}"
+    knowledge = "exact positions" if measured["exact"] else "beliefs of the tracker"
+    means = "; means over people, [95 %]" if one["people"] > 1 else ""
+    ahead = f"{measured['steps']} steps of {measured['step_s']:g} s"
+    print(f"{one['predictions']} predictions of {people}, {ahead}, from {knowledge}{means}")
+    if not one["predictions"]:
         print("nobody was there long enough")
         return
     print()
-    rows = [(name, *map(_text, of.figures.values())) for name, of in measured.models.items()]
-    print_table(rows, ("model", *(HEADS[key] for key in one.figures)), numbers=range(1, len(one.figures) + 1))
-    windows = {name: "{ade_m:.2f} / {fde_m:.2f}".format_map(of.by_window) for name, of in measured.models.items()}
+    rows = [(name, *map(_text, of["figures"].values())) for name, of in measured["models"].items()]
+    print_table(rows, ("model", *(HEADS[key] for key in one["figures"])), numbers=range(1, len(one["figures"]) + 1))
+    windows = {name: "{ade_m:.2f} / {fde_m:.2f}".format_map(of["by_window"]) for name, of in measured["models"].items()}
     print(f"\nmeans over predictions, ADE / FDE [m]: {', '.join(f'{name} {text}' for name, text in windows.items())}")
     for name in others:
-        print(f"energy [m], {name} less {first}: {_text(measured.models[name].energy_beyond_first)}\n")
+        print(f"energy [m], {name} less {first}: {_text(measured['models'][name]['energy_beyond_first'])}\n")
     heads = ("model", "ahead", *(HEADS[key] for key in BY_HORIZON))
     rows = [
         (name, f"{row['time_s']:.1f} s", *(_text(row[key]) for key in BY_HORIZON))
-        for name, of in measured.models.items()
-        for row in of.by_horizon
+        for name, of in measured["models"].items()
+        for row in of["by_horizon"]
     ]
     print_table(rows, heads, numbers=range(1, len(heads)))
 
 
-def _text(figure: "Figure") -> str:
-    if figure.value is None or figure.interval is None:
-        return "-" if figure.value is None else f"{figure.value:.2f}"
-    low, high = (round(end, 2) + 0.0 for end in figure.interval)  # no -0.00
-    return f"{figure.value:.2f} [{low:.2f}, {high:.2f}]"
+def _text(figure: dict[str, Any]) -> str:
+    if figure["interval"] is None:
+        return shown(figure["value"], ".2f")
+    low, high = (round(end, 2) + 0.0 for end in figure["interval"])  # no -0.00
+    return f"{figure['value']:.2f} [{low:.2f}, {high:.2f}]"

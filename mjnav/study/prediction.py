@@ -27,7 +27,7 @@ from mjnav.errors import InvalidValue
 from mjnav.log.read.log import open_log
 from mjnav.loop.simulation import Simulation
 from mjnav.messages import Array, KnownMap, Track, Trajectory, symmetric
-from mjnav.metrics.intervals import Interval, SharedBootstrap
+from mjnav.metrics.intervals import SharedBootstrap
 from mjnav.metrics.prediction import LEVELS, PathScores, path_scores
 from mjnav.rng import stream
 from mjnav.robot.estimation.base import person_names, person_track
@@ -91,31 +91,18 @@ FIGURES = ("ade_m", "fde_m", "min_ade_m", "energy_m", *INSIDE)
 BY_HORIZON = ("error_m", "energy_m", *INSIDE)
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """A mean over people, and its interval at 95 %; one person's figure has none."""
-
-    value: float | None = None
-    interval: Interval = None
+Document = dict[str, Any]  # as `--json` has it
 
 
-@dataclass(frozen=True, slots=True)
-class ModelFigures:
-    """The figures of one model."""
+def model_figures(forecasts: Mapping[str, Sequence[Forecast]], step: float) -> dict[str, Document]:
+    """The figures of each model, by name. Every model has predicted the same people at the same moments.
 
-    people: int
-    predictions: int
-    by_window: Mapping[str, float | None]  # ADE and FDE [m] as means over predictions, as others publish them
-    energy_beyond_first: Figure  # energy_m less that of the first model, person by person
-    figures: Mapping[str, Figure]  # of FIGURES; means over the predicted times, but fde_m
-    by_horizon: Sequence[Mapping[str, Any]]  # of each predicted time: `time_s`, and a Figure for each of BY_HORIZON
-
-
-def model_figures(forecasts: Mapping[str, Sequence[Forecast]], step: float) -> dict[str, ModelFigures]:
-    """The figures of each model, by name. Every model has predicted the same people at the same moments."""
+    A figure is a mean over people with its interval at 95 %; one person's has none.
+    """
     people = sorted({forecast.person for of_model in forecasts.values() for forecast in of_model})
     if not people:
-        nothing = ModelFigures(0, 0, {"ade_m": None, "fde_m": None}, Figure(), {}, [])
+        nothing = {"people": 0, "predictions": 0, "by_window": {"ade_m": None, "fde_m": None}}
+        nothing |= {"energy_beyond_first": {"value": None, "interval": None}, "figures": {}, "by_horizon": []}
         return dict.fromkeys(forecasts, nothing)
     bootstrap = SharedBootstrap(len(people), stream(0, "prediction.bootstrap"), resamples=2000)
     first = next(iter(forecasts.values()))
@@ -128,7 +115,7 @@ def _figures(
     people: Sequence[str],
     bootstrap: SharedBootstrap,
     step: float,
-) -> ModelFigures:
+) -> Document:
     place = {person: i for i, person in enumerate(people)}
     unit = np.array([place[forecast.person] for forecast in forecasts])
     scores = [forecast.scores for forecast in forecasts]
@@ -143,7 +130,7 @@ def _figures(
     }
     count = np.bincount(unit, minlength=len(people))
 
-    def means(values: Array) -> list[Figure]:
+    def means(values: Array) -> list[Document]:
         """Of values (n, F): a mean over people for each column."""
         sums = np.zeros((len(people), values.shape[1]))
         np.add.at(sums, unit, values)
@@ -151,24 +138,24 @@ def _figures(
         averages = by_person.mean(axis=1)
         intervals = bootstrap.intervals(by_person) if len(people) > 1 else [None] * len(averages)
         return [
-            Figure(float(average) if np.isfinite(average) else None, interval)
+            {"value": float(average) if np.isfinite(average) else None, "interval": interval}
             for average, interval in zip(averages, intervals, strict=True)
         ]
 
     energy_of_first = np.array([forecast.scores.energy.mean() for forecast in first])
     (beyond_first,) = means((whole["energy_m"] - energy_of_first)[:, None])
     by_horizon = zip(*(means(series[name]) for name in BY_HORIZON), strict=True)
-    return ModelFigures(
-        people=len(people),
-        predictions=len(forecasts),
-        by_window={name: float(whole[name].mean()) for name in ("ade_m", "fde_m")},
-        energy_beyond_first=beyond_first,
-        figures=dict(zip(FIGURES, means(np.column_stack([whole[name] for name in FIGURES])), strict=True)),
-        by_horizon=[
+    return {
+        "people": len(people),
+        "predictions": len(forecasts),
+        "by_window": {name: float(whole[name].mean()) for name in ("ade_m", "fde_m")},  # over predictions, as published
+        "energy_beyond_first": beyond_first,  # energy_m less that of the first model, person by person
+        "figures": dict(zip(FIGURES, means(np.column_stack([whole[name] for name in FIGURES])), strict=True)),
+        "by_horizon": [
             {"time_s": (h + 1) * step, **dict(zip(BY_HORIZON, of_time, strict=True))}
             for h, of_time in enumerate(by_horizon)
         ],
-    )
+    }
 
 
 # ----------------------------------------------------------------------------------- moments of a run
@@ -301,18 +288,7 @@ class Plan:
     frame_rate: float | None = None  # [Hz] of a recording's column of frames
 
 
-@dataclass(frozen=True, slots=True)
-class Measured:
-    """The figures of each model, and what they were measured on."""
-
-    source: str  # in a line
-    step_s: float
-    steps: int
-    exact: bool
-    models: dict[str, ModelFigures]
-
-
-def measure(source: str, plan: Plan) -> Measured:
+def measure(source: str, plan: Plan) -> Document:
     """The figures of every model over `source`.
 
     That is a log (.mcap), a recording (any other file but .toml), or a scene, by name or run file: its people walk
@@ -342,7 +318,7 @@ def measure(source: str, plan: Plan) -> Measured:
     return _measured(what, plan, of_models, seen, partial(whereabouts, trajectory), floor, seed)
 
 
-def _recording(source: str, plan: Plan) -> Measured:
+def _recording(source: str, plan: Plan) -> Document:
     recording = read_recording(source)
     if plan.frame_rate is None:
         allowed = "what the recording's column of frames counts a second, as 25 for most files of ETH and UCY"
@@ -362,7 +338,7 @@ def _measured(
     whereabouts: Callable[[str, Array], Array],
     floor: KnownMap | None,
     seed: int,
-) -> Measured:
+) -> Document:
     of_model: dict[str, list[Forecast]] = {}
     step, steps = 0.0, 0
     for model, scenario in zip(plan.models, of_models, strict=True):
@@ -370,7 +346,8 @@ def _measured(
         step, steps = scenario.prediction.step, scenario.prediction.num_steps
         predictor = make_predictor(scenario, seed)
         of_model[model] = list(forecasts(moments(), predictor, whereabouts, step, steps, floor))
-    return Measured(what, step, steps, plan.exact, model_figures(of_model, step))
+    found = {"source": what, "step_s": step, "steps": steps, "exact": plan.exact}
+    return {**found, "models": model_figures(of_model, step)}
 
 
 def _with_model(plan: Plan, model: str) -> tuple[str | Override, ...]:

@@ -27,16 +27,16 @@ def recording(tmp_path):
 
 def test_constant_velocity_over_a_recording_by_hand(recording):
     found = measure(str(recording), Plan(("constant_velocity",), samples=3, exact=True, frame_rate=25.0))
-    figures = found.models["constant_velocity"]
+    figures = found["models"]["constant_velocity"]
     # Rows 7 to 11 are seen with 8 frames before and 12 after: five windows of each of two people.
-    assert (figures.people, figures.predictions, found.step_s, found.steps) == (2, 10, 0.4, 12)
+    assert [figures["people"], figures["predictions"], found["step_s"], found["steps"]] == [2, 10, 0.4, 12]
     # From row k, h steps ahead, the one who turns is |(0.4 n, -0.4 n)| off, n = k + h - 12 > 0.
     errors = np.array([[0.4 * np.sqrt(2.0) * max(k + h - 12, 0) for h in range(1, 13)] for k in range(7, 12)])
-    assert figures.by_window == pytest.approx({"ade_m": 0.5 * errors.mean(), "fde_m": 0.5 * errors[:, -1].mean()})
-    ade = figures.figures["ade_m"]
-    assert ade.value == pytest.approx(0.5 * errors.mean())
-    assert ade.interval == pytest.approx((0.0, errors.mean()), abs=1e-6)
-    assert figures.figures["energy_m"].value == pytest.approx(ade.value)  # samples that are all alike
+    assert figures["by_window"] == pytest.approx({"ade_m": 0.5 * errors.mean(), "fde_m": 0.5 * errors[:, -1].mean()})
+    ade = figures["figures"]["ade_m"]
+    assert ade["value"] == pytest.approx(0.5 * errors.mean())
+    assert ade["interval"] == pytest.approx((0.0, errors.mean()), abs=1e-6)
+    assert figures["figures"]["energy_m"]["value"] == pytest.approx(ade["value"])  # samples that are all alike
 
 
 def test_where_people_were_between_steps_and_beyond_their_rows(recording):
@@ -53,11 +53,11 @@ def test_a_log_is_measured_again_with_the_same_figures_(tmp_path):
         measure(str(tmp_path / "a.mcap"), Plan(MODELS, overrides=("prediction.horizon=0.8",))) for _ in range(2)
     )
     assert first == again
-    assert first.models[ARCS].predictions == 6
-    assert first.models[ARCS].figures["ade_m"].interval is None  # no interval of one person
+    assert first["models"][ARCS]["predictions"] == 6
+    assert first["models"][ARCS]["figures"]["ade_m"]["interval"] is None  # no interval of one person
 
 
 def test_whoever_walks_straight_is_foretold_exactly_where_the_truth_is_known():
-    found = measure("crossing1", Plan(("constant_velocity",), exact=True, overrides=QUICK)).models
-    assert found["constant_velocity"].figures["fde_m"].value == pytest.approx(0.0, abs=1e-6)
-    assert found["constant_velocity"].energy_beyond_first.value == 0.0
+    found = measure("crossing1", Plan(("constant_velocity",), exact=True, overrides=QUICK))["models"]
+    assert found["constant_velocity"]["figures"]["fde_m"]["value"] == pytest.approx(0.0, abs=1e-6)
+    assert found["constant_velocity"]["energy_beyond_first"]["value"] == 0.0
