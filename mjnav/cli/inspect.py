@@ -3,7 +3,6 @@
 import argparse
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -69,9 +68,7 @@ def _print(found: "Inspection") -> None:
         _show(title, lines)
     if found.beliefs:
         _print_title("beliefs")
-        _print_rows(
-            ("of", "by"), _BELIEFS, [(belief.body, belief.by) for belief in found.beliefs], map(asdict, found.beliefs)
-        )
+        _print_rows(("of", "by"), _BELIEFS, [(belief["body"], belief["by"]) for belief in found.beliefs], found.beliefs)
     print()
     names = [(name, topic["schema"]) for name, topic in found.topics.items()]
     _print_rows(("topic", "schema"), _TOPICS, names, found.topics.values())

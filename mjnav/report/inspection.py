@@ -29,25 +29,14 @@ from mjnav.scene.spec import BEHAVIOURS, Scenario
 # -------------------------------------------------------------------------------------------- beliefs
 
 
-@dataclass(frozen=True, slots=True)
-class JudgedBelief:
-    """The belief about one body; figures that are undefined or infinite are None."""
-
-    body: str  # "robot", "person0"
-    by: str  # what it goes by, and the filter: "pose, particle"
-    ticks: int  # with a belief
-    rmse_m: float | None
-    nees: float | None
-    nees_interval: tuple[float, float] | None  # of the mean of as many independent errors, with probability 0.95
-    coverage: float | None
-    divergences: int
-    ess_min: float | None
-    ess_mean: float | None
-    depleted_share: float | None
+Document = dict[str, Any]  # as `mjnav inspect --json` has it
 
 
-def judged_beliefs(trajectory: Trajectory, scenario: Scenario) -> list[JudgedBelief]:
-    """The robot's, then each person's: where tracks carry no name, of the tracks that figures take for the person's."""
+def judged_beliefs(trajectory: Trajectory, scenario: Scenario) -> list[Document]:
+    """The robot's, then each person's: where tracks carry no name, of the tracks that figures take for the person's.
+
+    Figures that are undefined or infinite are None.
+    """
     robot, people = scenario.estimation.robot, scenario.estimation.obstacles
     errors, nees = consistency.track_error(trajectory), consistency.people_nees(trajectory)
     particles = np.full(len(trajectory.status), float(people.particles))
@@ -76,18 +65,20 @@ def _by(source: str, kind: str, own: object) -> str:
 
 def _judged(
     body: str, by: str, judged: consistency.Consistency, error: Array, ess: Array, particles: Array
-) -> JudgedBelief:
+) -> Document:
     squared = consistency.mean((error[:, :2] ** 2).sum(axis=1))
     finite = judged.nees is not None and isfinite(judged.nees)
-    return JudgedBelief(
-        body,
-        by,
-        rmse_m=None if squared is None else sqrt(squared),
-        ess_min=consistency.least(ess),
-        ess_mean=consistency.mean(ess),
-        depleted_share=consistency.depleted_share(ess, particles),
-        **{**asdict(judged), "nees": judged.nees if finite else None},
-    )
+    figures = {**asdict(judged), "nees": judged.nees if finite else None}
+    return {
+        "body": body,  # "robot", "person0"
+        "by": by,  # what it goes by, and the filter: "pose, particle"
+        "ticks": figures.pop("ticks"),  # with a belief
+        "rmse_m": None if squared is None else sqrt(squared),
+        **figures,
+        "ess_min": consistency.least(ess),
+        "ess_mean": consistency.mean(ess),
+        "depleted_share": consistency.depleted_share(ess, particles),
+    }
 
 
 # --------------------------------------------------------------------------------------------- people
@@ -134,7 +125,6 @@ def people_lines(people: Sequence[ShownPerson]) -> Iterator[str]:
 
 NUM_SHOWN = 10  # ranges of bytes and of ticks that sentences name
 NUM_RANGES = 1000  # that are listed
-Document = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +146,7 @@ class Inspection:
     ticks: Document | None
     people: list[ShownPerson] | None  # of the scene
     figures: dict[str, Any] | None  # from the messages, named as by `mjnav run --json`; also of a run that did not end
-    beliefs: list[JudgedBelief] | None  # by body
+    beliefs: list[Document] | None  # by body
     timing: Document | None
     moments: list[WorstMoment]  # the most severe first
 

@@ -175,20 +175,22 @@ def test_the_figures_of_the_run_are_those_of_its_bodies():
     trajectory = mjnav.run(scenario, log=False).trajectory
     figures = summarise(trajectory, scenario, outcome="timeout")
     robot, *people = judged_beliefs(trajectory, scenario)
-    assert [(one.body, one.by) for one in (robot, *people)] == [
+    assert [(one["body"], one["by"]) for one in (robot, *people)] == [
         ("robot", "pose, ekf"),
         *((f"person{i}", "direct") for i in range(3)),
     ]
-    assert (robot.nees, robot.coverage, robot.rmse_m) == (
+    assert (robot["nees"], robot["coverage"], robot["rmse_m"]) == (
         figures["robot_nees"],
         figures["robot_coverage"],
         figures["localization_rmse_m"],
     )
-    assert sum(one.ticks for one in people) == 3 * len(trajectory.status)
-    assert figures["people_nees"] == pytest.approx(np.mean([one.nees or 0.0 for one in people]))
-    assert figures["people_coverage"] == pytest.approx(np.mean([one.coverage or 0.0 for one in people]))
-    assert figures["tracking_rmse_m"] == pytest.approx(np.sqrt(np.mean([(one.rmse_m or 0.0) ** 2 for one in people])))
-    assert figures["ess_min"] == {"robot": robot.ess_min, "people": min(one.ess_min for one in people)}
+    assert sum(one["ticks"] for one in people) == 3 * len(trajectory.status)
+    assert figures["people_nees"] == pytest.approx(np.mean([one["nees"] or 0.0 for one in people]))
+    assert figures["people_coverage"] == pytest.approx(np.mean([one["coverage"] or 0.0 for one in people]))
+    assert figures["tracking_rmse_m"] == pytest.approx(
+        np.sqrt(np.mean([(one["rmse_m"] or 0.0) ** 2 for one in people]))
+    )
+    assert figures["ess_min"] == {"robot": robot["ess_min"], "people": min(one["ess_min"] for one in people)}
 
 
 def test_people_who_are_alike_share_a_line():
