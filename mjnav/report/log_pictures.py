@@ -5,7 +5,6 @@ A film shows the run's states at and between ticks, in a file that browsers play
 
 import os
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from numbers import Integral
 from os import PathLike
@@ -33,17 +32,12 @@ QUALITY = "23"  # of x264's scale from 0, lossless, to 51
 _MAX_FPS = 120
 
 
-@dataclass(frozen=True, slots=True)
-class FilmFrame:
-    """What one frame shows."""
+def frame_at(trajectory: Trajectory, time: float) -> tuple[WorldState, dict[str, Array]]:
+    """A run at any time within it [s]: linear between two ticks, headings the shorter way round.
 
-    state: WorldState
-    trail: Array  # (n, 2) the way of the robot up to here
-    tracks: Array  # (P, 4) believed x, y, vx, vy of people; NaN for who has no track
-
-
-def frame_at(trajectory: Trajectory, time: float) -> FilmFrame:
-    """A run at any time within it [s]: linear between two ticks, headings the shorter way round."""
+    With the state, what is drawn beside it: the `trail` (n, 2) of the robot up to here, and of people the `tracks`
+    (P, 4), believed x, y, vx, vy; NaN for who has no track.
+    """
     t = trajectory
     last = len(t.time) - 1
     before = min(max(int(np.searchsorted(t.time, time, side="right")) - 1, 0), last)
@@ -69,7 +63,7 @@ def frame_at(trajectory: Trajectory, time: float) -> FilmFrame:
         tracks = between(t.tracks, min(before, num_ticks - 1), min(after, num_ticks - 1))
     else:
         tracks = np.full((len(state.people_position), 4), np.nan)
-    return FilmFrame(state, np.vstack([t.robot_pose[: before + 1, :2], pose[:2]]), tracks)
+    return state, {"trail": np.vstack([t.robot_pose[: before + 1, :2], pose[:2]]), "tracks": tracks}
 
 
 def require_codec() -> None:
@@ -196,9 +190,9 @@ def picture(log: Log, at: float | None, *, size: tuple[int, int] | None) -> tupl
     if at is not None and not 0.0 <= number("at", at, "s") <= trajectory.time[last]:
         raise InvalidValue("at", at, f"a time from 0 to {trajectory.time[last]:g} s")
     index = last if at is None else int(np.abs(trajectory.time - at).argmin())
-    shown = frame_at(trajectory, float(trajectory.time[index]))
-    drawn: dict[str, Any] = {"tracks": shown.tracks} | LoggedViews(log).at(shown.state.time)
-    return draw(log.scenario(), shown.state, size=size, trail=shown.trail, legend=True, **drawn), shown.state.time
+    state, beside = frame_at(trajectory, float(trajectory.time[index]))
+    drawn: dict[str, Any] = beside | LoggedViews(log).at(state.time)
+    return draw(log.scenario(), state, size=size, legend=True, **drawn), state.time
 
 
 def film_times(log: Log, fps: int, speed: float) -> Array:
@@ -241,10 +235,9 @@ def film(
         with Renderer(log.scenario(), trajectory.robot_pose[:, :2], size=size, quick=True) as renderer:
             for number, time in enumerate(times.tolist()):
                 progress(number)
-                shown = frame_at(trajectory, time)
-                beliefs: dict[str, Any] = {"tracks": shown.tracks} | views.at(time)
-                text = f"{title}\n{time:.1f} s"
-                yield renderer.draw(shown.state, trail=shown.trail, text=text, legend=True, **beliefs)
+                state, beside = frame_at(trajectory, time)
+                drawn: dict[str, Any] = beside | views.at(time)
+                yield renderer.draw(state, text=f"{title}\n{time:.1f} s", legend=True, **drawn)
 
     with replacement(path) as partial:
         write(partial, frames(), fps)

@@ -45,13 +45,13 @@ def test_a_film_has_a_frame_at_its_start_and_every_step_of_the_run_until_its_end
 
 
 def test_between_ticks_all_moves_in_proportion_and_headings_the_shorter_way():
-    shown = frame_at(trajectory(), 0.25)
-    x, y, heading = shown.state.robot_pose
+    state, beside = frame_at(trajectory(), 0.25)
+    x, y, heading = state.robot_pose
     assert (x, y) == pytest.approx((0.25, 0.5))
     assert heading == pytest.approx(3.0 + 0.25 * (2.0 * pi - 6.0))  # through pi, not back through 0
-    assert shown.state.people_position == pytest.approx(np.array([[4.75, 0.25]]))
-    assert shown.tracks == pytest.approx(np.array([[4.75, 0.25, -1.0, 0.75]]))
-    assert shown.trail == pytest.approx(np.array([[0.0, 0.0], [0.25, 0.5]]))
+    assert state.people_position == pytest.approx(np.array([[4.75, 0.25]]))
+    assert beside["tracks"] == pytest.approx(np.array([[4.75, 0.25, -1.0, 0.75]]))
+    assert beside["trail"] == pytest.approx(np.array([[0.0, 0.0], [0.25, 0.5]]))
 
 
 def test_a_film_is_what_browsers_play_and_shows_its_frames_in_order(tmp_path):
