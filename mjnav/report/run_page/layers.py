@@ -19,7 +19,6 @@ Where the robot goes by its lidar, the page also shows scans, detections, the li
 import gzip
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import tau
 from typing import Any
 
@@ -108,17 +107,12 @@ CONE_BINS = 36  # at least; one edge is zero, where safe ends
 LOWEST = 0.005  # quantile of all samples where the axis begins: a few that are very safe would squeeze all others
 
 
-@dataclass(frozen=True, slots=True)
-class ConeBins:
-    """Shares of samples; bin i holds low + i width < f <= low + (i + 1) width, the first also what lies below."""
+def cone_bins(cones: Mapping[int, tuple[Array, Array]], num_frames: int) -> tuple[float, float, Bytes] | None:
+    """The histograms of (samples, desired) by frame: low, width, and shares (T, 2, B); None where no frame has any.
 
-    low: float
-    width: float
-    shares: Bytes  # (T, 2, B) of F and F^des in 255ths, more than none is at least one
-
-
-def cone_bins(cones: Mapping[int, tuple[Array, Array]], num_frames: int) -> ConeBins | None:
-    """The histograms of (samples, desired) by frame; None where no frame has any."""
+    Bin i holds low + i width < f <= low + (i + 1) width, the first also what lies below. Shares of F and F^des are in
+    255ths, more than none is at least one.
+    """
     every = np.concatenate([part for pair in cones.values() for part in pair]) if cones else np.zeros(0)
     every = every[np.abs(every) <= LARGEST]
     if not every.size:
@@ -134,7 +128,7 @@ def cone_bins(cones: Mapping[int, tuple[Array, Array]], num_frames: int) -> Cone
                 place = np.clip(np.searchsorted(edges, part, side="left") - 1, 0, len(edges) - 2)
                 share = np.bincount(place, minlength=len(edges) - 1) / part.size
                 shares[frame, row] = share_codes(share)
-    return ConeBins(-num_safe * width, width, shares)
+    return -num_safe * width, width, shares
 
 
 # ---------------------------------------------------------------------------------------------- plans

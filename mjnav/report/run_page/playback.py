@@ -150,14 +150,15 @@ def _pack_cones(packer: layers.Packer, frames: RunFrames) -> dict[str, Any] | No
     bins = layers.cone_bins(frames.cones, len(frames))
     if bins is None:
         return None
+    low, width, shares = bins
     names = sorted(set(frames.cone_obstacles.values()))
     codes = np.full(len(frames), layers.NONE, np.uint8)
     for frame, name in frames.cone_obstacles.items():
         codes[frame] = min(names.index(name), layers.NONE)
     packer.numbers("cone_obstacle", codes)
-    packer.numbers("cone", bins.shares)
+    packer.numbers("cone", shares)
     packer.measured("safe_share", frames.array("safe share"), layers.STEP)
-    return {"low": bins.low, "width": bins.width, "bins": bins.shares.shape[2], "obstacles": names}
+    return {"low": low, "width": width, "bins": shares.shape[2], "obstacles": names}
 
 
 def _pack_candidates(packer: layers.Packer, frames: RunFrames) -> dict[str, Any] | None:

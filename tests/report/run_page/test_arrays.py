@@ -54,15 +54,15 @@ def test_a_range_that_is_too_wide_for_the_step_takes_a_coarser_one():
 def test_every_sample_is_counted_on_its_side_of_zero():
     rng = np.random.default_rng(1)
     samples, desired = rng.normal(size=400), -rng.random(100)
-    bins = cone_bins({1: (samples, desired), 2: (np.array([0.0, 1e-9]), np.zeros(0))}, 3)
-    safe = round(-bins.low / bins.width)
-    shares = bins.shares / 255
-    assert bins.shares.shape[2] >= CONE_BINS
+    low, width, codes = cone_bins({1: (samples, desired), 2: (np.array([0.0, 1e-9]), np.zeros(0))}, 3)
+    safe = round(-low / width)
+    shares = codes / 255
+    assert codes.shape[2] >= CONE_BINS
     assert shares[1, 0, :safe].sum() == pytest.approx(np.mean(samples <= 0), abs=0.5 * safe / 255)
     assert shares[1, 0].sum() == pytest.approx(1.0, abs=0.05)
-    assert not bins.shares[1, 1, safe:].any()
+    assert not codes[1, 1, safe:].any()
     assert shares[2, 0, safe - 1 : safe + 1].tolist() == pytest.approx([0.5, 0.5], abs=1 / 255)  # 0 itself is safe
-    assert not bins.shares[0].any()
+    assert not codes[0].any()
 
 
 def test_ranks_of_a_grid_are_those_of_its_costs():
