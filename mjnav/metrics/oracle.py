@@ -355,29 +355,22 @@ class Collision:
 
 
 @dataclass(frozen=True, slots=True)
-class Rest:
-    """The time at rest."""
-
-    total: float  # [s]; the figure `stalled_s`
-    free: float  # [s] of it with a way free
-
-
-@dataclass(frozen=True, slots=True)
 class Judgement:
     """What could have been avoided in a run."""
 
     collision: Collision | None
-    rest: Rest
+    stalled: float  # [s] at rest; the figure `stalled_s`
+    free: float  # [s] of it with a way free
     timeout: bool | None  # whether the time-out was avoidable; None of a run that did not end so
 
 
 def judged(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None) -> Judgement:
     """Of a run that ended with `outcome`."""
     known = Foreknown(trajectory, scenario)
-    rest = _rest(known)
+    free = _free_at_rest(known)
     needed = max(known.way_left(len(trajectory.time) - 1) - scenario.robot.goal_tolerance, 0.0)
-    in_time = rest.free >= needed / scenario.robot.preferred_speed
-    return Judgement(_collision(known), rest, in_time if outcome in TIMEOUTS else None)
+    in_time = free >= needed / scenario.robot.preferred_speed
+    return Judgement(_collision(known), stalled_time(trajectory), free, in_time if outcome in TIMEOUTS else None)
 
 
 def _collision(known: Foreknown) -> Collision | None:
@@ -399,8 +392,8 @@ def _collision(known: Foreknown) -> Collision | None:
     return Collision(first, whom, tuple(map(is_avoidable, rows)), last_chance)
 
 
-def _rest(known: Foreknown) -> Rest:
-    """Over the states but the last; each stands for the period after it."""
+def _free_at_rest(known: Foreknown) -> float:
+    """How long the robot stood with a way free [s]: each state but the last stands for the period after it."""
     trajectory = known.trajectory
     time, speed = trajectory.time, np.abs(trajectory.robot_twist[:, 0])
     free, is_free, asked = 0.0, False, -np.inf
@@ -409,4 +402,4 @@ def _rest(known: Foreknown) -> Rest:
             plan = known.first_clear_plan(row, HORIZON, clearance=CLEARANCE, progress=PROGRESS)
             is_free, asked = plan is not None, float(time[row])
         free += is_free * float(time[row + 1] - time[row])
-    return Rest(stalled_time(trajectory), free)
+    return free

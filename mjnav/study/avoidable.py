@@ -90,8 +90,8 @@ def judge(source: Source) -> Document:
         "outcome": outcome,  # None of a run that did not end
         "collision": judgement.collision and _verdict(judgement.collision),
         "timeout_avoidable": judgement.timeout,
-        "stalled_s": judgement.rest.total,
-        "stalled_way_free_s": judgement.rest.free,
+        "stalled_s": judgement.stalled,
+        "stalled_way_free_s": judgement.free,
     }
 
 

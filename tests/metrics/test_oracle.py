@@ -86,8 +86,8 @@ def test_people_go_straight_on_behind_the_last_state_and_are_nowhere_while_they_
 
 def test_at_rest_a_way_is_free_in_the_open_and_not_between_four_walls():
     for walls, free in (((), 3.0), (BOX, 0.0)):
-        rest = judged(standing(), make_scenario(walls=walls), outcome="timeout").rest
-        assert (rest.total, rest.free) == (pytest.approx(3.0), pytest.approx(free))
+        found = judged(standing(), make_scenario(walls=walls), outcome="timeout")
+        assert (found.stalled, found.free) == (pytest.approx(3.0), pytest.approx(free))
 
 
 @pytest.mark.parametrize(("goal", "avoidable"), [(2.6, True), (2.8, False)])
@@ -103,9 +103,9 @@ def test_the_bottom_of_a_dead_end_is_no_way_to_a_goal_behind_it():
     sides = tuple(Wall((-2.0, y), (1.0, y)) for y in (-0.5, 0.5))
     scenario = make_scenario(num_people=1, walls=(*sides, Wall((1.0, -0.5), (1.0, 0.5))))
     blocked = standing(people=np.tile([-0.7, 0.0], (ROWS, 1, 1)))
-    assert judged(blocked, scenario, outcome="timeout").rest.free == 0.0
+    assert judged(blocked, scenario, outcome="timeout").free == 0.0
     open_end = replace(scenario, walls=sides)
-    assert judged(blocked, open_end, outcome="timeout").rest.free == pytest.approx(3.0)
+    assert judged(blocked, open_end, outcome="timeout").free == pytest.approx(3.0)
 
 
 def test_a_newcomer_counts_only_once_the_robot_has_left_the_place():
