@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mjnav.cli import options
-from mjnav.cli.terminal import print_lines, print_table, tell
+from mjnav.cli.terminal import print_table, tell
 from mjnav.errors import InputError, InvalidValue
 from mjnav.output_files import new_path, written
 from mjnav.printable import printable
@@ -158,7 +158,7 @@ def _document(imported: Imported, wrote: dict[str, Any] | None) -> dict[str, Any
 def _print(document: dict[str, Any]) -> None:
     """The same for people: a line for each figure, the windows as a table."""
     figures = {key: value for key, value in document.items() if key not in ("schema", "windows", "wrote")}
-    print_lines([f"  {key:17}  {_text(value)}" for key, value in figures.items()])
+    print("\n".join(f"  {key:17}  {_text(value)}" for key, value in figures.items()))
     print()
     rows = [
         (
@@ -170,7 +170,7 @@ def _print(document: dict[str, Any]) -> None:
     print_table(rows, ("window", "people", "most at once", "closest at start [m]"), numbers=(1, 2, 3))
     if document["wrote"] is not None:
         print()
-        print_lines([f"{key:10}  {_text(value)}" for key, value in document["wrote"].items()])
+        print("\n".join(f"{key:10}  {_text(value)}" for key, value in document["wrote"].items()))
 
 
 def _text(value: Any) -> str:
@@ -212,7 +212,7 @@ def _floor(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(document, allow_nan=False))
     else:
-        print_lines([f"  {key:12}  {_text(value)}" for key, value in document.items() if key != "schema"])
+        print("\n".join(f"  {key:12}  {_text(value)}" for key, value in document.items() if key != "schema"))
     return 0
 
 

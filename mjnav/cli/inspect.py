@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from mjnav.cli.terminal import print_drawn, print_lines, print_table, shown
+from mjnav.cli.terminal import print_drawn, print_table, shown
 from mjnav.errors import DamagedLogError
 from mjnav.printable import printable
 
@@ -85,7 +85,8 @@ def _show(title: str, lines: Sequence[str]) -> None:
     """As many as somebody reads; a stranger's log may name a hundred thousand things."""
     if title and lines:
         _print_title(title)
-    print_lines(lines[:_MAX_LINES])
+    for line in lines[:_MAX_LINES]:
+        print(line)
     if len(lines) > _MAX_LINES:
         print(f"  {len(lines) - _MAX_LINES} lines more, which --json has")
 

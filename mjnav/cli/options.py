@@ -49,20 +49,15 @@ def number(kind: type, low: float, high: float, unit: str = "", *, open_low: boo
 
 def run(parser: argparse.ArgumentParser) -> None:
     """SCENE, --start, --goal, --seed, --controller and --set."""
-    scene(parser)
+    parser.add_argument(
+        "scene", metavar="SCENE", help="a shipped scene's name, or the path of a run file, map or world"
+    )
     start_and_goal(parser)
     parser.add_argument("--seed", type=int, metavar="N", help="seed, in place of the run file's")
     parser.add_argument(
         "--controller", metavar="NAME", help="controller with its default parameters, in place of the run file's"
     )
     overrides(parser)
-
-
-def scene(parser: argparse.ArgumentParser) -> None:
-    """SCENE."""
-    parser.add_argument(
-        "scene", metavar="SCENE", help="a shipped scene's name, or the path of a run file, map or world"
-    )
 
 
 def start_and_goal(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from mjnav.cli import options
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.terminal import compile_notice, interruptible, print_lines, progress, shown, tell
+from mjnav.cli.terminal import compile_notice, interruptible, progress, shown, tell
 from mjnav.log.log_format import check_path
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.realtime.stress import shuttling
@@ -49,7 +49,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(summary))
     else:
-        print_lines([*describe(summary)])
+        print(*describe(summary), sep="\n")
     if interrupted():
         tell("interrupted")
         return INTERRUPTED

@@ -4,14 +4,13 @@ import argparse
 import json
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mjnav.cli import options
 from mjnav.cli.import_file import tell_left_out
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.terminal import compile_notice, interruptible, print_lines, progress, shown, tell
+from mjnav.cli.terminal import compile_notice, interruptible, progress, shown, tell
 from mjnav.errors import unknown_name
 from mjnav.log.live import PORT, LiveServer
 from mjnav.log.log_format import check_path
@@ -84,7 +83,7 @@ def execute(arguments: argparse.Namespace) -> int:
     for warning in warnings_of(scenario):
         tell(warning.text)
     with ExitStack() as stack:
-        seen = stack.enter_context(_views(arguments, scenario))
+        live, watch, closed = stack.enter_context(_views(arguments, scenario))
         heart = stack.enter_context(arguments.guard.episode(episode_label(scenario), max_seconds))
         with compile_notice():
             warm_up(scenario)
@@ -102,10 +101,10 @@ def execute(arguments: argparse.Namespace) -> int:
                 real_time=real_time,
                 overruns=overruns or POLICIES[0],
                 log=None if arguments.no_log else True if arguments.log is None else arguments.log,
-                stop=lambda: interrupted() or seen.closed(),
+                stop=lambda: interrupted() or closed(),
                 progress=show_progress,
-                watch=seen.watch,
-                live=seen.live,
+                watch=watch,
+                live=live,
                 profile=arguments.profile,
                 detour=arguments.detour,
                 warmed_up=True,
@@ -119,7 +118,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({**result.summary, **options.answers_document(answers)}))
     else:
-        print_lines([*describe(result)])
+        print(*describe(result), sep="\n")
         if result.profile is not None:
             print(f"\n{profile_table(result.profile)}")
     for text in result.metrics.faults:
@@ -141,18 +140,15 @@ def _ending(summary: dict[str, Any]) -> str:
     return f"{summary['outcome']} after {summary['time_s']:.1f} s, {summary['ticks']} ticks{place}"
 
 
-@dataclass(frozen=True, slots=True)
-class _Views:
-    """The viewers of a run, as `mjnav.run` takes them."""
-
-    live: LiveServer | None = None
-    watch: Callable[[TickRecord], None] | None = None
-    closed: Callable[[], bool] = lambda: False  # whether the window was closed
+Views = tuple[LiveServer | None, Callable[[TickRecord], None] | None, Callable[[], bool]]
 
 
 @contextmanager
-def _views(arguments: argparse.Namespace, scenario: Scenario) -> Iterator[_Views]:
-    """Opens the viewers and says where they are. Raises InputError where one cannot be opened."""
+def _views(arguments: argparse.Namespace, scenario: Scenario) -> Iterator[Views]:
+    """Opens the viewers as `mjnav.run` takes them, and says where they are; whether the window was closed.
+
+    Raises InputError where one cannot be opened.
+    """
     options.check_needs("--port", "--live", given=arguments.port is not None, met=arguments.live)
     options.check_needs("--allow-origin", "--live", given=bool(arguments.origin), met=arguments.live)
     told: set[str] = set()
@@ -162,20 +158,19 @@ def _views(arguments: argparse.Namespace, scenario: Scenario) -> Iterator[_Views
             told.add(reason)
             tell(f"live: refused {reason}")
 
+    live, watch, closed = None, None, lambda: False
     with ExitStack() as stack:
-        views = _Views()
         if arguments.view:
             from mjnav.world.viewer import Viewer
 
             viewer = stack.enter_context(Viewer(scenario))
-            views = _Views(watch=lambda record: viewer.show(record.truth), closed=lambda: viewer.closed)
+            watch, closed = lambda record: viewer.show(record.truth), lambda: viewer.closed
         if arguments.live:
             port = PORT if arguments.port is None else arguments.port
             origins = arguments.origin or ()
             live = stack.enter_context(LiveServer(scenario, port=port, origins=origins, refused=refused))
             tell(f"live at {live.url}: in Foxglove or Lichtblick, open a Foxglove WebSocket connection to it")
-            views = _Views(live, views.watch, views.closed)
-        yield views
+        yield live, watch, closed
 
 
 def describe(result: "Result") -> Iterator[str]:

@@ -203,12 +203,6 @@ def shown(value: Any, form: str) -> str:
     return text if text.strip("-0.") else text.removeprefix("-") or text  # no -0.00
 
 
-def print_lines(lines: Sequence[str]) -> None:
-    """Prints lines."""
-    for line in lines:
-        print(line)
-
-
 def print_drawn(draw: Callable[["Console"], None]) -> None:
     """Prints what is drawn on a rich console, without blanks at the ends of lines."""
     wide, stream = console(width=PIPE_WIDTH), sys.stdout
