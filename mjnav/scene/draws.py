@@ -26,7 +26,7 @@ from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scene.ranges import MAX_POINTS, Point, Seed
 from mjnav.settings import Length, Range, Settled, below
 from mjnav.settings.marks import Choice, bare, mark, options
-from mjnav.settings.table import describe
+from mjnav.settings.table import value_type
 
 # -------------------------------------------------------------------------------- the table [layout]
 
@@ -239,7 +239,7 @@ def drawing(hint: Any, value: Any) -> Draw:
         return _drawing_of_kind(hint, value, settings.read(kind, value))
     table = next((bare(option) for option in options(hint) or (hint,) if is_dataclass(bare(option))), None)
     if table is None and hint is not Any:
-        raise InvalidValue("", value, describe(hint))
+        raise InvalidValue("", value, value_type(hint).describe())
     hints = {} if table is None else {name: field.hint for name, field in settings.keys(table).items()}
     parts = {name: _part(name, hints.get(name, Any), item) for name, item in value.items()}
     return lambda key, streams: {name: part(f"{key}.{name}", streams) for name, part in parts.items()}
@@ -275,7 +275,7 @@ def _drawing_of_kind(hint: Any, value: Mapping[str, Any], draw: Uniform | Normal
     number = next((option for option in options(hint) or (hint,) if bare(option) in (float, int)), None)
     ends = {end: value[end] for end in ("low", "high") if end in value}
     if number is None and hint is not Any:
-        raise InvalidValue("", value, describe(hint))
+        raise InvalidValue("", value, value_type(hint).describe())
     for end, limit in ends.items() if number is not None else ():
         with below(end):
             settings.settled(number, limit)
@@ -296,7 +296,7 @@ def _check_points(hint: Any, value: Any, example: list) -> None:
     try:
         settings.settled(hint, example)
     except InvalidValue:
-        allowed = f"{describe(hint)}; an area with a count is an array of points, without one a point"
+        allowed = f"{value_type(hint).describe()}; an area with a count is an array of points, without one a point"
         raise InvalidValue("", dict(value), allowed) from None
 
 
@@ -324,5 +324,5 @@ def _hints_of_items(hint: Any, value: list) -> tuple[Any, ...]:
     hints = get_args(kind)
     hints = hints[:1] * len(value) if hints and hints[-1] is Ellipsis else hints
     if len(hints) != len(value):
-        raise InvalidValue("", value, describe(hint))
+        raise InvalidValue("", value, value_type(hint).describe())
     return hints

@@ -18,7 +18,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, is_dataclass
 from difflib import get_close_matches
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import module_from_spec, spec_from_file_location
@@ -185,17 +185,14 @@ class Plugin:
 
         Raises InvalidValue, whose key is that of a parameter where it lies there.
         """
+        made = partial(construct, type(self), self.name)
         thing = find(type(self), self.name)
         kind = parameters_type(type(self), self.name, thing) if inspect.isclass(thing) else None
         if kind is None:
             for key, value in self.parameters.items():
                 raise InvalidValue(key, value, f"no parameters beside {self.name}, which has none")
-        if not inspect.isclass(thing):
-            return thing
-        parameters = (
-            None if kind is None else construct(type(self), self.name, own_parameters, self.name, kind, self.parameters)
-        )
-        return construct(type(self), self.name, thing, *arguments, *([parameters] if arguments or kind else []))
+            return made(thing, *arguments, *([None] if arguments else [])) if inspect.isclass(thing) else thing
+        return made(thing, *arguments, made(own_parameters, self.name, kind, self.parameters))
 
     def _with_place(self, name: str) -> str:
         """A name with its place: a file's absolute path, or a package's module; a log is then read without the package.

@@ -57,6 +57,7 @@ class Array(AnyValue):
         hints, self._length = get_args(bare(hint)), mark(hint, Length)
         self._is_open = hints[-1] is Ellipsis
         self._items = [value_type(item) for item in hints if item is not Ellipsis]
+        self._count = "" if self._is_open else f"{len(self._items)} "
         units = [item.unit for item in self._items]
         self.unit = units[0] if len(set(units)) == 1 else ", ".join(units)
         each = ", ".join(dict.fromkeys(item.allowed.removeprefix("each ") for item in self._items))
@@ -93,10 +94,6 @@ class Array(AnyValue):
     def full_name(self, many: bool = False) -> str:
         """See `ValueType`."""
         return f"{'arrays' if many else 'array'} of {self._count}{self._items[0].full_name(many=True)}"
-
-    @property
-    def _count(self) -> str:
-        return "" if self._is_open else f"{len(self._items)} "
 
     def inner_tables(self) -> Iterator[tuple[bool, Any]]:
         """See `ValueType`."""
@@ -389,11 +386,6 @@ def settled(hint: Any, value: Any) -> Any:
     Of types that no file has, values stay as they are. Raises InvalidValue; its key is the place inside the value.
     """
     return value_type(hint).read(value)
-
-
-def describe(hint: Any) -> str:
-    """What is allowed for a type, as messages say it."""
-    return value_type(hint).describe()
 
 
 def tables(value: Any) -> Any:
