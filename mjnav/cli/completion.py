@@ -49,7 +49,7 @@ def _names() -> Mapping[str, Collection[str]]:
     from mjnav.metrics.summary import GROUPS
     from mjnav.paper import ITEMS
     from mjnav.study.compare.cell_rows import SETS, numbers
-    from mjnav.study.key_reference import kinds, run_keys
+    from mjnav.study.key_reference import KINDS, run_keys
     from mjnav.study.key_reference import names as listed
 
     listed_studies = [*listed("studies")]
@@ -61,6 +61,6 @@ def _names() -> Mapping[str, Collection[str]]:
         "--topic": [*listed("topics")],
         "--figure": [*SETS, *GROUPS, *numbers()],
         "--only": [*ITEMS],
-        "KIND": [kind.replace(" ", "-") for kind in kinds()],
+        "KIND": [kind.replace(" ", "-") for kind in KINDS],
         "PREFIX": sorted({row.key for row in run_keys()}),
     }

@@ -4,12 +4,12 @@ import argparse
 import json
 
 from mjnav.cli.terminal import print_table
-from mjnav.study.key_reference import catalogue, kinds, names
+from mjnav.study.key_reference import KINDS, catalogue, names
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
-    every = ", ".join(kind.replace(" ", "-") for kind in kinds())
+    every = ", ".join(kind.replace(" ", "-") for kind in KINDS)
     parser.add_argument("kind", metavar="KIND", nargs="?", help=f"only one kind of names: {every}")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 

@@ -7,7 +7,6 @@ from typing import Any
 from mjnav.cli import options
 from mjnav.cli.terminal import compile_notice, print_table, shown
 
-SAMPLES = options.number(int, 1, 1_000_000)
 EVERY = options.number(float, 0.0, 1e6, "s", open_low=True)
 RATE = options.number(float, 0.0, 1e6, "Hz", open_low=True)
 HEADS = {
@@ -41,7 +40,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="predict from the truth in place of a tracker's beliefs; always so of a recording",
     )
-    parser.add_argument("--samples", type=SAMPLES, default=25, metavar="N", help="of each person; 25 by default")
     parser.add_argument(
         "--every", type=EVERY, default=0.4, metavar="S", help="seconds between predictions that count; 0.4 by default"
     )
@@ -59,12 +57,12 @@ def execute(arguments: argparse.Namespace) -> int:
     from mjnav.study.prediction import Plan, measure
 
     models = tuple(dict.fromkeys(arguments.model or (CONSTANT_VELOCITY,)))
-    given = arguments.exact, arguments.samples, arguments.every, arguments.seed, tuple(arguments.overrides)
+    given = arguments.exact, arguments.every, arguments.seed, tuple(arguments.overrides)
     plan = Plan(models, *given, arguments.frame_rate)
     with compile_notice():
         measured = measure(arguments.source, plan)
     if arguments.json:
-        print(json.dumps({"schema": 1, **measured, "samples": arguments.samples}))
+        print(json.dumps({"schema": 1, **measured, "samples": plan.samples}))
     else:
         _print(measured)
     return 0

@@ -83,7 +83,7 @@ def _scenes() -> dict[str, str]:
 
 
 # kind -> what finds its names, each with a sentence
-_KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
+KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
     {
         "scenes": _scenes,
         "studies": studies,
@@ -103,14 +103,9 @@ _KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
 )
 
 
-def kinds() -> tuple[str, ...]:
-    """What there are names of."""
-    return tuple(_KINDS)
-
-
 def catalogue() -> dict[str, Mapping[str, str]]:
     """Every kind, with its names and a sentence about each."""
-    return {kind: find() for kind, find in _KINDS.items()}
+    return {kind: find() for kind, find in KINDS.items()}
 
 
 def names(kind: str) -> Mapping[str, str]:
@@ -119,9 +114,9 @@ def names(kind: str) -> Mapping[str, str]:
     Raises InvalidValue where there is no such kind.
     """
     wanted = str(kind).replace("-", " ").replace("_", " ")
-    if wanted not in _KINDS:
-        raise unknown_name("kind", kind, [name.replace(" ", "-") for name in _KINDS])
-    return _KINDS[wanted]()
+    if wanted not in KINDS:
+        raise unknown_name("kind", kind, [name.replace(" ", "-") for name in KINDS])
+    return KINDS[wanted]()
 
 
 # --------------------------------------------------------------------------------------- JSON Schemas

@@ -281,11 +281,11 @@ class Plan:
 
     models: tuple[str, ...]
     exact: bool = False  # the truth in place of the tracker's beliefs; always so of a recording
-    samples: int = 25
     every: float = 0.4  # [s] between predictions that count, of a run
     seed: int | None = None  # of the run, and of what is drawn besides
     overrides: tuple[str | Override, ...] = ()
     frame_rate: float | None = None  # [Hz] of a recording's column of frames
+    samples: int = 25  # of each person
 
 
 def measure(source: str, plan: Plan) -> Document:

@@ -327,10 +327,6 @@ class Store:
         """Whether there is any row."""
         return bool(self._shards(DONE, FAILED))
 
-    def num_failed(self) -> int:
-        """How many rows have an error."""
-        return self.causes().total()
-
     def count_by(self, columns: Sequence[str], *, failed: bool = True) -> Counter[tuple[str | None, ...]]:
         """The number of rows for each combination of values of these text columns. Raises MjnavError as `rows` does."""
         counts: Counter[tuple[str | None, ...]] = Counter()

@@ -4,7 +4,7 @@ import json
 
 from mjnav import control, noise, scene
 from mjnav.scene.spec import BEHAVIOURS, ENGINES
-from mjnav.study.key_reference import kinds
+from mjnav.study.key_reference import KINDS
 from mjnav.study.study_file import studies
 
 
@@ -17,11 +17,11 @@ def test_it_names_everything_that_a_run_file_may_name(mjnav):
     for name in (*noise.CHANNELS, *noise.names(), *ENGINES, "/tf", "/plan"):
         assert name in words
     listed = json.loads(mjnav("list", "--json").out)
-    assert list(listed) == ["schema", *(kind.replace(" ", "_") for kind in kinds())]
+    assert list(listed) == ["schema", *(kind.replace(" ", "_") for kind in KINDS)]
     drawn = {name for name, text in listed["scenes"].items() if text.endswith("(drawn by seed)")}
     assert {"rooms", "crowds"} < drawn
     assert not drawn & {"hall", "crossing1"}
-    assert all(text.strip() for kind in kinds() for text in listed[kind.replace(" ", "_")].values())
+    assert all(text.strip() for kind in KINDS for text in listed[kind.replace(" ", "_")].values())
 
 
 def test_what_packages_register_is_marked_with_the_package(mjnav, tmp_path, monkeypatch):

@@ -322,7 +322,7 @@ def sweep(
             episodes=len(wanted),
             kept=len(wanted) - len(missing),
             run=buffer.count,
-            failed=store.num_failed(),
+            failed=store.causes().total(),
             seconds=time.monotonic() - began,
             episode_seconds=buffer.seconds,
             interrupted=buffer.count < len(missing),

@@ -82,7 +82,7 @@ def test_a_retry_forgets_the_logs_of_failed_episodes(tmp_path, small_trials):
     )
     store = Store(tmp_path)
     sweep([broken], store, in_process, keep_logs="all")
-    assert store.num_failed() == 1
+    assert store.causes().total() == 1
     sweep(small_trials[:1], store, in_process, keep_logs="failures", retry_failed=True)
     assert [kept_log(tmp_path, name) is not None for name in logs(store).values()] == [True]
 

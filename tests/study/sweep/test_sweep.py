@@ -104,5 +104,5 @@ def test_however_often_it_is_killed_each_episode_stands_there_once(tmp_path_fact
             sweep(wanted, Dying(store.folder, *kill), quick, resume=True)
     sweep(wanted, store, quick, retry_failed=True)
     assert sorted(store.rows(["id"])["id"].to_pylist()) == sorted(trial.id for trial in wanted)
-    assert store.num_failed() == 3
+    assert store.causes().total() == 3
     assert sweep(wanted, store, quick, resume=True).run == 0
