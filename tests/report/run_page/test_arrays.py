@@ -54,7 +54,9 @@ def test_a_range_that_is_too_wide_for_the_step_takes_a_coarser_one():
 def test_every_sample_is_counted_on_its_side_of_zero():
     rng = np.random.default_rng(1)
     samples, desired = rng.normal(size=400), -rng.random(100)
-    low, width, codes = cone_bins({1: (samples, desired), 2: (np.array([0.0, 1e-9]), np.zeros(0))}, 3)
+    found = cone_bins({1: (samples, desired), 2: (np.array([0.0, 1e-9]), np.zeros(0))}, 3)
+    assert found is not None
+    low, width, codes = found
     safe = round(-low / width)
     shares = codes / 255
     assert codes.shape[2] >= CONE_BINS
