@@ -4,7 +4,6 @@ So neither a controller nor a watcher can change the run through what it is show
 that owns its memory can always be made writable again; an array on immutable bytes cannot.
 """
 
-from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from typing import Any, TypeVar
@@ -63,30 +62,19 @@ def checked_copy(what: str, values: Any, shape: tuple[int, ...]) -> Array:
     return copied
 
 
-def sealed_message(message: Any) -> Any:
-    """A message of `mjnav.messages`, or a part of one, with every array in it sealed, in objects of its own."""
-    return _with_arrays(message, lambda array: sealed(array).view())
-
-
-def twin(message: Any) -> Any:
-    """A sealed message in objects of its own on the same memory, so that their fields and shapes are its own, too."""
-    return _with_arrays(message, _view)
-
-
-def _view(array: NDArray[A]) -> NDArray[A]:
-    return array.view()
-
-
 ATOMS = frozenset((float, int, bool, str, type(None)))
 
 
-def _with_arrays(part: Any, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Any:
-    """The part of a message anew, every array in it changed."""
+def sealed_message(part: Any) -> Any:
+    """A message of `mjnav.messages`, or a part of one, with every array in it sealed, in objects of its own.
+
+    Fields and shapes of these objects are their own, too; what is sealed already stays in the same memory.
+    """
     if isinstance(part, np.ndarray):
-        return change(part)
+        return sealed(part).view()
     kind, is_tuple = type(part), isinstance(part, tuple)
     values = part if is_tuple else [getattr(part, name) for name in _field_names(kind)]
-    anew = [value if type(value) in ATOMS else _with_arrays(value, change) for value in values]  # most are
+    anew = [value if type(value) in ATOMS else sealed_message(value) for value in values]  # most are
     return tuple(anew) if is_tuple else kind(*anew) if anew else part
 
 

@@ -15,7 +15,7 @@ from mjnav.loop.pacer import Stopwatch
 from mjnav.loop.run_record import RunRecord
 from mjnav.messages import Beliefs, Decision, Observation, Reading, WorldState
 from mjnav.robot.navigator import Navigator
-from mjnav.sealed import twin
+from mjnav.sealed import sealed_message
 from mjnav.world.simulator import Simulator
 
 
@@ -37,7 +37,7 @@ class Tick:
         self.estimated: Beliefs | None = None  # by the robot's estimators; None without estimators
         self.beliefs: Beliefs | None = None  # the estimators', or those that were given to `predict`
         self.observation: Observation | None = None  # until `predict`, and without beliefs
-        self._recorded: Observation | None = None  # a twin: the controller may change the one it was shown
+        self._recorded: Observation | None = None  # a twin, as the controller may change the one it is shown
         self.decision: Decision | None = None  # the controller's, until `decide`
         watch.start()
         self.truth: WorldState = world.state()
@@ -70,8 +70,8 @@ class Tick:
             self._robot.follow_route(beliefs.robot.mean)
             self.beliefs = beliefs
         if self.beliefs is not None:
-            self.observation = self._robot.predict(self.k, self.beliefs, own=beliefs is None)
-            self._recorded = twin(self.observation)
+            self._recorded = self._robot.predict(self.k, self.beliefs, own=beliefs is None)
+            self.observation = sealed_message(self._recorded)
         self.decision = None
         self._watch.lap("predict")
 

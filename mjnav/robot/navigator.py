@@ -35,7 +35,7 @@ from mjnav.robot.sanity import Sanity
 from mjnav.robot.seen_space import FloorMap
 from mjnav.robot.wayfinder import Wayfinder
 from mjnav.scene.spec import Scenario
-from mjnav.sealed import sealed_costs, sealed_message, sealed_plan
+from mjnav.sealed import sealed, sealed_costs, sealed_plan
 
 if TYPE_CHECKING:
     from mjnav.robot.estimation.lidar.local_map import LocalMap
@@ -159,7 +159,7 @@ class Navigator:
 
         The beliefs are those of `estimate`, or with `own` false somebody else's. Without prediction the moment is taken
         to be now: the robot's samples stay where they are, and people are carried no further than to the time of the
-        robot's belief. It is sealed and made anew.
+        robot's belief. Its arrays are sealed.
         """
         num = self._num_samples
         belief = beliefs.robot
@@ -177,20 +177,19 @@ class Navigator:
             unseen = self._local.unseen if self._local is not None and self._wayfinder.minds_unseen else None
             self._wayfinder.follow(belief.time, mean, goal, floor.known, beliefs.people, unseen)
             goal, way = self._wayfinder.ahead(position)
-        observation = Observation(
-            robot_pose=pose,
-            control_noise=noise,
-            twist=self._decided,
+        return Observation(
+            robot_pose=sealed(pose),
+            control_noise=sealed(noise),
+            twist=sealed(self._decided),
             obstacles=(*self._predict_people(beliefs.people, people, effect, pose), *floor.discs(position)),
-            goal=goal,
-            walls=floor.walls(position),
+            goal=sealed(goal),
+            walls=sealed(floor.walls(position)),
             lanes=self._observe_lanes(num),
             time=effect,
             scan=self._observe_scan(),
             map=floor.known,
             way=way,
         )
-        return sealed_message(observation)
 
     def _predict_people(
         self, tracks: tuple[Track, ...], drawn: tuple[Array, ...], effect: float, pose: Array
@@ -200,10 +199,9 @@ class Navigator:
         robot = self._robot_now(pose) if isinstance(self._predictor, OwnPredictor) else None  # mjnav's look at no robot
         people = self._predictor.predict(Crowd(tracks, samples, effect, self.floor_map.known, robot))
         radii = [track.radius for track in tracks]
-        ahead = [None] * len(tracks) if people.ahead is None else list(people.ahead)
-        if people.turns is not None:
-            ahead = [way if turns else None for way, turns in zip(ahead, people.turns, strict=True)]
-        rows = zip(people.position, people.velocity, radii, ahead, strict=True)
+        ahead, turns = people.ahead, [True] * len(tracks) if people.turns is None else people.turns.tolist()
+        ways = [sealed(ahead[p]) if ahead is not None and turns[p] else None for p in range(len(tracks))]
+        rows = zip(sealed(people.position), sealed(people.velocity), radii, ways, strict=True)
         return [ObstacleSamples(*person, people.step) for person in rows]
 
     def _robot_now(self, pose: Array) -> RobotNow:
@@ -279,10 +277,10 @@ class Navigator:
         reading, lidar = self._scanned, self._lidar
         if reading is None:
             return None
-        return Scan(reading.time, lidar.angles, reading.scan, reading.scan_times, lidar.mount)
+        return Scan(reading.time, lidar.angles, sealed(reading.scan), sealed(reading.scan_times), lidar.mount)
 
     def _observe_lanes(self, num: int) -> Lanes | None:
         if self._lanes is None:
             return None
-        left, right = self._lane_noise.sample(self._lane_rng, (2, num))
+        left, right = sealed(self._lane_noise.sample(self._lane_rng, (2, num)))
         return Lanes(self._lanes.left, self._lanes.right, left, right)

@@ -24,7 +24,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.compile.compiled import Cube, Matrix, kernel
+from mjnav.compile.compiled import Cube, Matrix, elementwise, kernel
 from mjnav.errors import PluginFault
 from mjnav.messages import Array, KnownMap, Track
 from mjnav.rng import stream
@@ -163,12 +163,10 @@ class TurningAtWalls:
             return Futures(*carry_people(samples, elapsed))
         tau, along = np.full(samples.shape[:2], np.inf), np.zeros((*samples.shape[:2], 2))
         turns_at_walls(tau, along, samples, self._stream.random((2, *samples.shape[:2])), walls)
-        time = elapsed + self._step * np.arange(self._num + 1)  # (P, 1, H + 1)
-        until = np.minimum(time, tau[..., None])[..., None]
-        paths = (
-            samples[:, :, None, :2] + until * samples[:, :, None, 2:] + (time[..., None] - until) * along[:, :, None]
-        )
-        return replace(Futures.along(paths, self._step), turns=(tau < time[:, :, -1]).any(axis=1))
+        time = elapsed[:, 0] + self._step * np.arange(self._num + 1)  # (P, H + 1)
+        start, velocity, along = (np.moveaxis(a, -1, 0)[..., None] for a in (*np.split(samples, 2, axis=-1), along))
+        paths = np.moveaxis(_walked(start, velocity, along, time[:, None], tau[..., None]), 0, -1)  # (P, M, H + 1, 2)
+        return replace(Futures.along(paths, self._step), turns=(tau < time[:, -1:]).any(axis=1))
 
 
 def _near(known: KnownMap | None, samples: Array) -> Array:
@@ -209,6 +207,13 @@ def turns_at_walls(tau: Matrix, along: Cube, samples: Cube, draws: Cube, walls: 
                 ahead = 0.5 * (1.0 + (vx * wx + vy * wy) / speed)
                 signed = speed if draws[1, p, m] < ahead else -speed
                 along[p, m, 0], along[p, m, 1] = signed * wx, signed * wy
+
+
+@elementwise
+def _walked(start: float, velocity: float, along: float, time: float, tau: float):
+    """A coordinate at `time` of who walks at `velocity` until `tau`, and then goes `along`."""
+    until = min(time, tau)
+    return start + until * velocity + (time - until) * along
 
 
 def carry_people(samples: Array, duration: Array | float) -> tuple[Array, Array]:

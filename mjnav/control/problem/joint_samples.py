@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjnav.compile.compiled import Cube, Matrix, exact
 from mjnav.constraints.walls import lane_distance
 from mjnav.control.kernels.violation import meet_discs, meet_lane, meet_walls
 from mjnav.control.problem.obstacles import Reach, positions_at
@@ -105,17 +106,17 @@ def _moves(body: ObstacleSamples) -> bool:
 
 def _relative_paths(bodies: list[ObstacleSamples], mean: Array, offsets: Array, times: Array) -> tuple[Array, Array]:
     """x and y (T, B, S) of the bodies' samples at `times` less the robot's samples, from its `mean` position."""
-    paths = np.empty((2, len(times), len(bodies), offsets.shape[1]))
-    num = offsets.shape[1]
-    rows = [slice(None) if len(body.position) == num else np.arange(num) % len(body.position) for body in bodies]
-    straight = [b for b, body in enumerate(bodies) if body.future is None]
-    if straight:  # at once, what `positions_at` does one by one
-        start, velocity = (
-            np.moveaxis(np.stack([getattr(bodies[b], name)[rows[b]] for b in straight]), -1, 0)[:, None]
-            for name in ("position", "velocity")
-        )
-        paths[:, :, straight] = times[:, None, None] * velocity + start
-    for b in set(range(len(bodies))).difference(straight):
-        paths[:, :, b] = np.moveaxis(positions_at(bodies[b], times)[:, rows[b]], -1, 0)
-    paths -= mean[:, None, None, None] + offsets[:, None, None]
-    return paths[0], paths[1]
+    x, y = np.empty((2, len(times), len(bodies), offsets.shape[1]))
+    origins = mean[:, None] + offsets
+    for b, body in enumerate(bodies):
+        _relate(x, y, b, positions_at(body, times), origins)
+    return x, y
+
+
+@exact
+def _relate(x: Cube, y: Cube, b: int, positions: Cube, origins: Matrix):
+    """Sets x and y (T, B, S) of body b by its samples' `positions` (T, M, 2), less `origins` (2, S); M may be less."""
+    for t in range(x.shape[0]):
+        for s in range(x.shape[2]):
+            i = s % positions.shape[1]
+            x[t, b, s], y[t, b, s] = positions[t, i, 0] - origins[0, s], positions[t, i, 1] - origins[1, s]
