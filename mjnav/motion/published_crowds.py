@@ -18,7 +18,6 @@ import numpy as np
 from mjnav.compile.compiled import Flags
 from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Array
-from mjnav.motion.orca import AMONG_PEOPLE, OrcaSettings, velocities
 
 # ------------------------------------------------------------------------------------- constants of the crowds
 
@@ -99,6 +98,8 @@ class PublishedCrowd:
 
     def velocities(self) -> Array:
         """The velocities of the step to come, (P, 2) [m/s]."""
+        from mjnav.motion.orca import AMONG_PEOPLE, OrcaSettings, velocities  # other runs do without its kernels
+
         rules, num = self.rules, len(self.position)
         self._assumed[self._new] = _single(self.radius + MARGIN + rules.safety)
         self._reach[self._new] = self._neighbour_distance

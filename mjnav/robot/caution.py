@@ -24,7 +24,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mjnav.geometry.distances import widest_std
-from mjnav.geometry.evidence_grid import CELL
 from mjnav.messages import Beliefs, Decision, Event, Reading, RobotBelief, Status
 from mjnav.robot.estimation import assumed_noise
 from mjnav.robot.sanity import Sanity
@@ -144,8 +143,7 @@ class Caution:
             needed = slower * slower / (2.0 * self._limits.max_acceleration) + until
             if space.free_way(belief.time, slower, omega, self._limits.radius) < needed:
                 continue
-            most = needed + CELL
-            if self._local is None or self._local.free_way(belief.mean, slower, omega, most) >= most:
+            if self._local is None or self._local.is_free(belief.mean, slower, omega, needed):
                 return slower
         return 0.0
 

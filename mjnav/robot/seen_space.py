@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from mjnav.constant import Constant
 from mjnav.geometry.distances import WHOLE_TURN, placed, segment_distance
-from mjnav.geometry.floor import cast
 from mjnav.messages import MOST_STANDING, Array, KnownMap, ObstacleSamples, Reading, Track
 from mjnav.noise import Distribution
 from mjnav.robot.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
@@ -134,6 +133,9 @@ class SeenSpace:
 
     def __init__(self, scenario: Scenario, noise: Mapping[str, Distribution]):
         """`noise` is the law that the robot assumes of each channel."""
+        from mjnav.geometry.evidence_grid import cast  # runs without scans do without its kernels
+
+        self._cast = cast
         self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
         self.floor = floor_of_lidar(scenario)  # of the map, at the lidar's height
         self._history = MotionHistory(TwistSensors.of(noise, scenario.robot.limits))
@@ -152,7 +154,7 @@ class SeenSpace:
         lidar = self._lidar
         x, y, heading = placed(pose, lidar.mount)
         bodies = self.floor.discs, self.floor.boxes
-        expected = np.isfinite(cast(np.array([x, y]), heading + lidar.angles, *bodies, SURE * lidar.max_range))
+        expected = np.isfinite(self._cast(np.array([x, y]), heading + lidar.angles, *bodies, SURE * lidar.max_range))
         points = scan_points(reading, self._history, lidar, self._noise)
         returned = np.isfinite(points[:, 0])
         points, expected_too = points[returned], expected[returned]

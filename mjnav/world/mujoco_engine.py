@@ -9,8 +9,7 @@ current, where derived fields lag one step; so looking does not change the run.
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from copy import copy, deepcopy
 from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import Any
@@ -233,7 +232,9 @@ class MujocoEngine:
         wheels = self._drive.wheel_speeds(twists[:, 0], twists[:, 1])
         speeds = list(zip(*(side.tolist() for side in wheels), strict=True))
         near, people = not self._is_untouched(num_steps * timestep), self._people
-        with _silence():
+        told = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(lambda text: None)  # else it goes to standard error and to a file MUJOCO_LOG.TXT
+        try:
             if not near and not people.overlap and speeds.count(speeds[0]) == num_steps:
                 ctrl[left], ctrl[right] = speeds[0]
                 mujoco.mj_step(model, data, num_steps)
@@ -245,7 +246,9 @@ class MujocoEngine:
                         self._record_contacts((self._steps + i) * timestep)
                     if people.overlap:
                         people.part(self._timestep)
-        if self._warnings.any():
+        finally:
+            mujoco.set_mju_user_warning(told)
+        if any(self._warnings.tolist()):
             raise DivergedError(self._complaint())
         self._steps += num_steps
         heading = self._yaw_angle()
@@ -364,39 +367,17 @@ class MujocoEngine:
         rays, ranges = np.zeros((num_beams, 3)), np.zeros(num_beams)
         rays[:, 0], rays[:, 1] = np.cos(angles + heading), np.sin(angles + heading)
         mujoco.mj_multiRay(
-            model,
-            data,
-            np.array([x, y, self._lidar_height]),
-            rays.reshape(-1),
-            self._seen,
-            True,
-            -1,
-            np.zeros(num_beams, np.int32),
-            ranges,
-            None,
-            num_beams,
-            max_range,
-        )
+            model, data, np.array([x, y, self._lidar_height]), rays.reshape(-1), self._seen, True, -1,
+            np.zeros(num_beams, np.int32), ranges, None, num_beams, max_range,
+        )  # fmt: skip
         return np.where((ranges < 0.0) | (ranges > max_range), np.inf, ranges)
 
     def state_bytes(self) -> bytes:
         """See `Engine`."""
         state = np.zeros(mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_INTEGRATION))
         mujoco.mj_getState(self.model, self.data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-        return state.tobytes() + (
-            np.append(self._spun, self._jump).tobytes() if self._jump or self._spun.any() else b""
-        )
-
-
-@contextmanager
-def _silence() -> Iterator[None]:
-    """Keeps MuJoCo's warnings from standard error and from a file MUJOCO_LOG.TXT in the working folder."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda text: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)
+        turned = np.append(self._spun, self._jump).tobytes() if self._jump or self._spun.any() else b""
+        return state.tobytes() + turned
 
 
 def _time_to_touch(clearance: float, speed: float, acceleration: float) -> float:

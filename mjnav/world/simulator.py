@@ -4,6 +4,7 @@ import hashlib
 import struct
 from collections.abc import Iterable
 from math import isfinite
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,8 +18,10 @@ from mjnav.world.draws import Grid, whole_steps
 from mjnav.world.engine import Engine
 from mjnav.world.faults import FaultySensors, FaultyWheels, Kidnappings
 from mjnav.world.people.pedestrians import Pedestrians
-from mjnav.world.published import PublishedEngine, PublishedPeople
 from mjnav.world.sensors import NoisySensors
+
+if TYPE_CHECKING:
+    from mjnav.world.published import PublishedPeople
 
 
 class Simulator:
@@ -131,14 +134,20 @@ class Simulator:
         return hashlib.sha256(struct.pack("<qd", self._step, self._timestep) + self._engine.state_bytes()).hexdigest()
 
 
-def make_people(scenario: Scenario, seed: int) -> Pedestrians | PublishedPeople:
+def make_people(scenario: Scenario, seed: int) -> "Pedestrians | PublishedPeople":
     """Those who move the people."""
-    return Pedestrians(scenario, seed) if scenario.published is None else PublishedPeople(scenario, scenario.published)
+    if scenario.published is None:
+        return Pedestrians(scenario, seed)
+    from mjnav.world.published import PublishedPeople  # only then are the kernels of its engine loaded
+
+    return PublishedPeople(scenario, scenario.published)
 
 
 def _make_engine(scenario: Scenario, velocities: Array) -> Engine:
     """The engine that the scenario names; people start with `velocities` (P, 2)."""
     if scenario.published is not None:
+        from mjnav.world.published import PublishedEngine
+
         return PublishedEngine(scenario, velocities)
     if scenario.physics.engine == "kinematic":
         from mjnav.world.kinematic_engine import KinematicEngine

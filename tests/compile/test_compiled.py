@@ -74,7 +74,7 @@ def test_no_kernel_calls_the_machine_code_of_another():
     ended = subprocess.run([sys.executable, "-c", FOREIGN], capture_output=True, text=True, check=True)
     foreign = [line.split() for line in ended.stdout.splitlines()]
     kernels = {kernel for kernel, *_ in foreign}
-    assert {"cone_moments", "_meet_discs", "_walls", "_conditional_value_at_risk", "_nearest", "_fit"} <= kernels
+    assert {"cone_samples", "_meet_discs", "_walls", "_conditional_value_at_risk", "_nearest", "_fit"} <= kernels
     # Sorting rounds nothing: any two copies of it give the same bits. Numba's own runtime has no name in C++ style.
     called = [
         (kernel, name)

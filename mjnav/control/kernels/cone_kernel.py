@@ -1,6 +1,7 @@
 """Compiled loops over the constraint samples of one decision: f of all pairs of samples at all controls.
 
-Their arguments are named tuples of arrays and numbers.
+Their arguments are named tuples of arrays and numbers. Those without types are called in every decision of the methods
+that need them: the warm-up of a run compiles them, and runs by other methods do without.
 
 The loops over single rows compute f of one pair of samples at all controls, or of one sample at one control against all
 of the robot's. The innermost loop runs over the controls: a pair of samples is then a handful of constants, and even an
@@ -28,7 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mjnav.compile.compiled import Cube, Flags, Indices, Matrix, Vector, kernel, scalar
+from mjnav.compile.compiled import Indices, Matrix, Vector, kernel, scalar
 from mjnav.constraints.collision_cone import LINE, RAY, SEGMENT, cone_line, cone_ray, cone_segment
 from mjnav.constraints.walls import wall_segment
 from mjnav.messages import Array
@@ -281,15 +282,7 @@ def _add_powers(sums, rows):
 
 
 @kernel
-def cone_moments(
-    out: Cube,
-    hinge: Flags,
-    circles: Matrix,
-    controls: Controls,
-    robot: RobotSamples,
-    blocks: ConeBlocks,
-    rule: ConeRule,
-):
+def cone_moments(out, hinge, circles, controls, robot, blocks, rule):
     """Means of f^p, p = 1 ... degree, into `out` (B, degree, K); of max(0, f)^p for the blocks in `hinge` (B,)."""
     num_blocks, degree, num_controls = out.shape
     num_samples = robot.speed_noise.size
@@ -342,15 +335,7 @@ def cone_moments(
 
 
 @kernel
-def mean_violation(
-    out: Matrix,
-    shifts: Matrix,
-    circles: Matrix,
-    controls: Controls,
-    robot: RobotSamples,
-    blocks: ConeBlocks,
-    rule: ConeRule,
-):
+def mean_violation(out, shifts, circles, controls, robot, blocks, rule):
     """sum_b max(0, f_b) of one robot sample, moved by each of `shifts` (P, 2), into `out` (P, K).
 
     Every block has one sample.
@@ -426,15 +411,7 @@ def cone_samples(
 
 
 @kernel
-def add_safe(
-    sums: Matrix,
-    counts: Indices,
-    wanted: Flags,
-    controls: Controls,
-    robot: RobotSamples,
-    blocks: ConeBlocks,
-    rule: ConeRule,
-):
+def add_safe(sums, counts, wanted, controls, robot, blocks, rule):
     """Adds up the safe samples of the `wanted` blocks (B,): f^p to `sums` (B, degree), their number to `counts` (B,).
 
     For a handful of controls: here the robot's samples fill the vector units.

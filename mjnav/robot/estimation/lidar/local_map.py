@@ -106,14 +106,15 @@ class LocalMap:
         nothing = (grid.odds > FREE) & (grid.odds <= OCCUPIED)
         return FieldGrid(nothing.astype(float), grid.x + 0.5 * CELL, grid.y + 0.5 * CELL, CELL)
 
-    def free_way(self, pose: Array, v: float, omega: float, most: float) -> float:
-        """How far [m] the robot gets from `pose` (3,) along the arc of (v, omega) over what was seen free, to `most`.
+    def is_free(self, pose: Array, v: float, omega: float, way: float) -> bool:
+        """Whether `way` [m], and a cell more, were seen free from `pose` (3,) along the arc of (v, omega).
 
         With a map from the start that is no question: what was not seen is as on the map.
         """
         if self._known.bounds is not None:
-            return most
-        return float(seen_free(self._grid, np.array(pose, float), v, omega, WITHIN * self._radius, most))
+            return True
+        most = way + CELL
+        return bool(seen_free(self._grid, np.array(pose, float), v, omega, WITHIN * self._radius, most) >= most)
 
     def _on_known(self, grid: FieldGrid) -> Array:
         """The clearance of the known map at the nodes of a grid; looked up where the window has moved."""

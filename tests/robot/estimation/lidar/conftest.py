@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mjnav.geometry.distances import beam_angles
-from mjnav.geometry.floor import Floor, cast
+from mjnav.geometry.evidence_grid import cast
+from mjnav.geometry.floor import Floor
 
 NUM_BEAMS = 360
 
