@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from mjnav.control import names
 from mjnav.log.live import LiveServer
 from mjnav.log.write.writer import LogError
 from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch, profile_of
@@ -28,14 +29,16 @@ class Episode:
         progress: Callable[[float], None] = lambda time: None,
         watch: Callable[[TickRecord], None] = lambda record: None,
         cones: bool = False,
+        scan: bool = True,
         profile: bool = False,
         detour: bool = False,
     ):
         """`stop` is asked before every tick whether to abort, and `progress` is told the simulated time [s].
 
-        `watch`, `live` and `cones` are as in `Attached`; `profile` keeps what every span of every tick took;
-        `detour` also runs the people without the robot, once the run has ended. Raises
-        InputError for a controller that cannot be made and a log that cannot be written.
+        `watch`, `live` and `cones` are as in `Attached`; `scan` says whether `watch` looks at scans: where nobody does,
+        no rays are cast. `profile` keeps what every span of every tick took; `detour` also runs the people without the
+        robot, once the run has ended. Raises InputError for a controller that cannot be made and a log that cannot be
+        written.
         """
         self._log, self._detour = log, detour
         self._pacer = pacer or FreePacer()
@@ -44,7 +47,8 @@ class Episode:
         self._profile: list[dict[str, int]] | None = [] if profile else None  # the spans of every tick
         self._watch = Stopwatch(self._pacer.now)
         attached = Attached(watch, live, cones, threaded=self._pacer.real_time, stopwatch=self._watch)
-        self._simulation = Simulation(scenario, log=log, attached=attached)
+        scan = scan or log is not None or live is not None or _needs_scans(scenario)
+        self._simulation = Simulation(scenario, log=log, scan=scan, attached=attached)
         self._simulation.prepare()
 
     def run(self, events: tuple[Event, ...] = ()) -> Result:
@@ -101,3 +105,10 @@ class Episode:
         if start.abort or self._stop():
             simulation.abort()
         return not simulation.done
+
+
+def _needs_scans(scenario: Scenario) -> bool:
+    """Whether an estimator goes by the lidar, or a plug-in may: no method of mjnav's looks at scans."""
+    robot, people = scenario.estimation.robot, scenario.estimation.obstacles
+    own = scenario.control.method not in names() or robot.localizer is not None or people.tracker is not None
+    return own or scenario.draws_map or "lidar" in (robot.source, people.source)

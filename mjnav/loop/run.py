@@ -107,16 +107,9 @@ def run(
             watch(sealed_message(record))
 
     episode = Episode(
-        scenario,
-        log=path,
-        live=live,
-        pacer=pacer,
-        stop=stop,
-        progress=progress,
-        profile=profile,
-        detour=detour,
-        watch=shown,
-    )
+        scenario, log=path, live=live, pacer=pacer, stop=stop, progress=progress, watch=shown, scan=watch is not None,
+        profile=profile, detour=detour,
+    )  # fmt: skip
     if not real_time:
         return episode.run()
     with realtime_scheduling() as got:  # after the episode's threads began, which would inherit it

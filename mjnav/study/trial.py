@@ -83,9 +83,9 @@ def run_trial(trial: Trial, beat: Callable[[float], None] = lambda time: None) -
     try:
         scenario = prepared(trial)
         began = time.perf_counter()
-        shape = SampleShape()
-        log = trial.keep.new_log() if trial.keep is not None else None
-        result = Episode(scenario, log=log, watch=shape, progress=beat, cones=True, detour=trial.detour).run()
+        shape, log = SampleShape(), None if trial.keep is None else trial.keep.new_log()
+        episode = Episode(scenario, log=log, watch=shape, progress=beat, cones=True, scan=False, detour=trial.detour)
+        result = episode.run()
         figures = {**_figures(result, scenario), **shape.figures()}
         if trial.keep is not None and not trial.keep.every and figures["success"]:
             trial.keep.remove()

@@ -4,7 +4,6 @@ import hashlib
 import struct
 from collections.abc import Iterable
 from math import isfinite
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,9 +18,6 @@ from mjnav.world.engine import Engine
 from mjnav.world.faults import FaultySensors, FaultyWheels, Kidnappings
 from mjnav.world.people.pedestrians import Pedestrians
 from mjnav.world.sensors import NoisySensors
-
-if TYPE_CHECKING:
-    from mjnav.world.published import PublishedPeople
 
 
 class Simulator:
@@ -134,8 +130,8 @@ class Simulator:
         return hashlib.sha256(struct.pack("<qd", self._step, self._timestep) + self._engine.state_bytes()).hexdigest()
 
 
-def make_people(scenario: Scenario, seed: int) -> "Pedestrians | PublishedPeople":
-    """Those who move the people."""
+def make_people(scenario: Scenario, seed: int):
+    """Those who move the people: `Pedestrians`, or the `PublishedPeople` of a published crowd."""
     if scenario.published is None:
         return Pedestrians(scenario, seed)
     from mjnav.world.published import PublishedPeople  # only then are the kernels of its engine loaded

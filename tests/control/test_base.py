@@ -11,7 +11,7 @@ from mjnav.control.methods.dwa import Dwa
 from mjnav.control.methods.mppi import Mppi
 from mjnav.control.methods.orca import Orca
 from mjnav.control.planner import Planner
-from mjnav.messages import ObstacleSamples, RobotLimits
+from mjnav.messages import ObstacleSamples, RobotLimits, Scan
 
 
 def disc(x, y, radius=0.3):
@@ -55,6 +55,14 @@ def test_the_status_says_when_the_robot_stands_and_stays(alone, limits, name):
     assert (decision.v, decision.omega, decision.status) == (0.0, 0.0, Status.STOPPED)
     moving = controller.decide(replace(at_goal, twist=np.array([0.05, 0.0])))
     assert (moving.v, moving.omega, moving.status) == (0.0, 0.0, Status.OK)  # it stops, but does not stand yet
+
+
+@pytest.mark.parametrize("name", names())
+def test_no_method_looks_at_scans(observe, limits, name):
+    without = observe(seed=3, far=4.0)
+    seen = replace(without, scan=Scan(0.0, np.linspace(-1.0, 1.0, 9), np.full(9, 0.3)))
+    blind, sighted = (make_controller(name, limits, 0.1).decide(o) for o in (without, seen))
+    assert (blind.v, blind.omega, blind.status) == (sighted.v, sighted.omega, sighted.status)
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,17 @@
 """Whole runs: the same seed ends in the same state, whatever else happens, and every end is in order."""
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
 import mjnav
 from mjnav import control
+from mjnav.control.methods.cvar import Cvar
 from mjnav.log import open_log
 from mjnav.loop.episode import Episode
 from mjnav.loop.pacer import RealTimePacer
+from mjnav.loop.prepare import as_scenario
 from mjnav.loop.supervision import RunFault
 from mjnav.robot.navigator import Navigator
 
@@ -30,6 +34,7 @@ def test_a_seed_ends_in_the_same_state_logged_or_not_late_or_not(room, slow_cloc
         "again": state_hash(scenario),
         "logged": state_hash(scenario, log=tmp_path / "a.mcap"),
         "looked at": state_hash(scenario, cones=True),
+        "no rays cast": state_hash(scenario, scan=False),
         "late": state_hash(scenario, pacer=RealTimePacer(1.0 / rate, clock=slow_clock, sleep=slow_clock.sleep)),
     }
     assert len(set(hashes.values())) == 1, hashes
@@ -43,6 +48,28 @@ def test_paced_by_the_wall_clock_a_seed_ends_in_the_same_state(room, tmp_path):
     first = next(open_log(tmp_path / "a.mcap").messages("/events")).value
     assert first.name == "real_time"
     assert first.message == str(paced.real_time)
+
+
+class Looker(Cvar):
+    """Sees scans, as every controller of a user's own does."""
+
+    scans: ClassVar[list] = []
+
+    def decide(self, observation):
+        self.scans.append(observation.scan)
+        return super().decide(observation)
+
+
+def test_rays_are_cast_where_somebody_looks_at_scans(room, tmp_path):
+    def beams(*overrides, **options) -> int:
+        records = []
+        Episode(room("time_limit=0.1", *overrides), watch=records.append, scan=False, **options).run()
+        return records[0].reading.scan.size
+
+    assert beams() == 0
+    assert beams("estimation.robot.source=lidar") == beams(log=tmp_path / "a.mcap") == 360
+    Episode(as_scenario(room("time_limit=0.1"), controller=Looker), scan=False).run()
+    assert [scan.ranges.size for scan in Looker.scans] == [360]
 
 
 def test_what_matters_changes_the_hash(room):
