@@ -18,6 +18,7 @@ import numpy as np
 
 from mjnav.compile.compiled import Cube, Indices, Matrix, Vector, exact, kernel, scalar
 from mjnav.constant import Constant
+from mjnav.filters.particles import systematic
 from mjnav.messages import Array
 
 # --------------------------------------------------------------------------------------------- filter
@@ -35,8 +36,7 @@ def kept(weights: Vector, num: int, offset: float):
     survives with probability w_i / c, by systematic draws, and then weighs c. On average no weight changes.
     """
     total = weights.sum()
-    least = NEGLIGIBLE * total
-    count = 0
+    least, count = NEGLIGIBLE * total, 0
     for w in weights:
         count += w > least
     threshold = 0.0
@@ -168,13 +168,13 @@ def moments(weights: Vector, mean: Matrix, covariance: Cube):
 
 
 @exact
-def sampled(owner: Indices, mean: Matrix, covariance: Cube, normal: Matrix):
-    """States (n, 4), one of each particle in `owner` (n,), by draws `normal` (n, 4) of N(0, 1).
+def sampled(weights: Vector, offset: float, mean: Matrix, covariance: Cube, normal: Matrix):
+    """States (n, 4) of particles that are drawn systematically, by draws `normal` (n, 4) of N(0, 1).
 
     Each is m_i + L_i z with the Cholesky factor L_i; a direction in which rounding left no variance has none.
     """
-    state = np.empty((len(owner), 4))
-    L, latest = np.zeros((4, 4)), -1
+    owner = systematic(weights, offset, len(normal))
+    state, L, latest = np.empty((len(owner), 4)), np.zeros((4, 4)), -1
     for j in range(len(owner)):
         i = owner[j]
         if i != latest:

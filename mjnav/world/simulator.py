@@ -141,14 +141,10 @@ def make_people(scenario: Scenario, seed: int):
 
 def _make_engine(scenario: Scenario, velocities: Array) -> Engine:
     """The engine that the scenario names; people start with `velocities` (P, 2)."""
-    if scenario.published is not None:
-        from mjnav.world.published import PublishedEngine
+    if scenario.published is not None or scenario.physics.engine == "kinematic":
+        from mjnav.world.published import KinematicEngine, PublishedEngine
 
-        return PublishedEngine(scenario, velocities)
-    if scenario.physics.engine == "kinematic":
-        from mjnav.world.kinematic_engine import KinematicEngine
-
-        return KinematicEngine(scenario, velocities)
+        return (KinematicEngine if scenario.published is None else PublishedEngine)(scenario, velocities)
     from mjnav.world.mujoco_engine import MujocoEngine
 
     return MujocoEngine(scenario, velocities)

@@ -47,9 +47,7 @@ def test_moments_and_samples_are_those_of_the_mixture():
     centred = mean - weights @ mean
     assert m == pytest.approx(weights @ mean)
     assert pytest.approx(np.einsum("k,kij->ij", weights, covariance + centred[:, :, None] * centred[:, None])) == P
-    rng = np.random.default_rng(2)
-    owner = np.sort(rng.choice(5, 100_000, p=weights))
-    drawn = sampled(owner, mean, covariance, rng.standard_normal((100_000, 4)))
+    drawn = sampled(weights, 0.5, mean, covariance, np.random.default_rng(2).standard_normal((100_000, 4)))
     assert drawn.mean(axis=0) == pytest.approx(m, abs=0.05)
     assert np.cov(drawn.T) == pytest.approx(P, rel=0.05, abs=0.15)
 
@@ -124,4 +122,4 @@ def test_few_particles_stay_and_those_of_no_weight_go():
 
 def test_samples_of_a_particle_without_spread_are_its_mean():
     mean, covariance = np.array([[1.0, 2.0, 3.0, 4.0]]), np.zeros((1, 4, 4))
-    assert sampled(np.zeros(2, int), mean, covariance, np.ones((2, 4))).tolist() == 2 * mean.tolist()
+    assert sampled(np.ones(1), 0.0, mean, covariance, np.ones((2, 4))).tolist() == 2 * mean.tolist()

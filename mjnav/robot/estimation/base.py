@@ -6,6 +6,7 @@ The likelihood of a channel has a floor.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -86,6 +87,7 @@ class Likelihood(Constant):
         object.__setattr__(self, "_table", self._tabulate())
 
     @classmethod
+    @lru_cache(maxsize=64)  # episodes of a sweep, and of an environment, have the same noise
     def of(cls, channel: str, noise: Distribution, epsilon: float) -> "Likelihood":
         """The likelihood of a channel, its noise widened where it has nearly none."""
         return cls(widened(channel, noise), epsilon, FLOOR_WIDTH[channel])

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from mjnav.compile.compiled import Cube, Flags, Matrix, Vector, kernel
 from mjnav.filters.mixture_kalman import GaussianSum, corrected, explained, kept, moments, sampled
-from mjnav.filters.particles import systematic
 from mjnav.messages import Array
 from mjnav.robot.estimation.base import WALKING_SPEED
 
@@ -251,8 +250,7 @@ class WalkFilter:
 
     def draw(self, num: int, rng: np.random.Generator) -> Array:
         """Equally weighted states, (num, 4), as many of each particle as its weight says."""
-        owner = systematic(self._weights, rng.random(), num)
-        return sampled(owner, self._mean, self._covariance, rng.standard_normal((num, 4)))
+        return sampled(self._weights, rng.random(), self._mean, self._covariance, rng.standard_normal((num, 4)))
 
     @property
     def _all(self) -> tuple[Array, Array]:
