@@ -170,12 +170,9 @@ class Simulation:
             info, xml = run_info(scenario, scenario.seed, parts_hash()), compose(scenario).to_xml()
             self._recorder = Recorder(path, scenario, info, xml, threaded=attached.threaded, live=attached.live)
         self._record = RunRecord(
-            self._robot,
-            self._recorder,
-            watch=attached.watch,
-            cones=attached.cones or self._recorder is not None,
+            self._robot, self._recorder, watch=attached.watch, cones=attached.cones or self._recorder is not None,
             events=Events(sees_robot(scenario)),
-        )
+        )  # fmt: skip
         self._record.note(*warnings_of(scenario))
         self._tick: Tick | None = None  # the present one; None until it is asked for
         self._ticks = 0  # that are over
@@ -253,12 +250,9 @@ class Simulation:
         Own `beliefs` take the place of the estimators' in this tick, in the log and the trajectory, too. Raises
         InvalidValue where there are neither, and InputError for beliefs that cannot be used.
         """
-        tick = self._perceived("observe()")
-        if beliefs is not None or tick.observation is None:
-            tick.predict(None if beliefs is None else checked_beliefs(beliefs))
-        if tick.observation is None:
-            raise InvalidValue("beliefs", None, "observe(beliefs), or a Simulation with estimators=True")
-        return tick.observation
+        observation = self._predicted("observe()", beliefs).observation
+        assert observation is not None, "the tick has predicted"
+        return observation
 
     def decide(self) -> Decision:
         """The decision of the scenario's own controller on `observe()`; until the next step the same object.
@@ -266,8 +260,7 @@ class Simulation:
         It lies within the robot's limits; what the controller chose beyond them is its `wish`. Raises what the
         controller raises, and PluginFault for what is no decision of finite numbers.
         """
-        self.observe()
-        tick = self._present()
+        tick = self._predicted("decide()")
         return tick.decide() if tick.decision is None else tick.decision
 
     def step(self, v: float | Decision, omega: float | None = None) -> None:
@@ -284,7 +277,7 @@ class Simulation:
         if decision is None or v is not decision or omega is not None:
             decision = self._robot.limited(given_decision(v, omega))
         try:
-            if self._perceived("step()").observation is None:
+            if self._perceived("step()").predicted is None:
                 tick.predict()
             tick.act(decision, self._record)
             self._record.add_timing(tick.k, self._watch, self._start)
@@ -412,6 +405,15 @@ class Simulation:
             tick.perceive()
         return tick
 
+    def _predicted(self, what: str, beliefs: Beliefs | None = None) -> Tick:
+        """The present tick, after it has predicted by the estimators' beliefs or by those that are given."""
+        tick = self._perceived(what)
+        if beliefs is not None or tick.predicted is None:
+            tick.predict(None if beliefs is None else checked_beliefs(beliefs))
+        if tick.predicted is None:
+            raise InvalidValue("beliefs", None, "observe(beliefs), or a Simulation with estimators=True")
+        return tick
+
     def _usable(self, what: str) -> Tick:
         if self._closed:
             raise SimulationOver(f"{what}: the simulation is closed")
@@ -423,17 +425,10 @@ class Simulation:
     def _make_result(self, seconds: float | None, *, deadline_misses: int = 0, go_on: bool = False) -> Result:
         trajectory, state_hash = self._record.finish(self.truth, self._world.state_hash(), go_on=go_on)
         return result_of(
-            self.scenario,
-            trajectory,
-            outcome=self.outcome,
-            seconds=seconds,
-            deadline_misses=deadline_misses,
-            state_hash=state_hash,
-            log=self._log,
-            log_dropped=self._record.log_dropped,
-            latency=self._robot.latency,
+            self.scenario, trajectory, outcome=self.outcome, seconds=seconds, deadline_misses=deadline_misses,
+            state_hash=state_hash, log=self._log, log_dropped=self._record.log_dropped, latency=self._robot.latency,
             metrics=self._metrics.measured(trajectory),
-        )
+        )  # fmt: skip
 
 
 # What a branch has of its own.

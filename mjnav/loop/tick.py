@@ -36,8 +36,9 @@ class Tick:
         self.perceived = False
         self.estimated: Beliefs | None = None  # by the robot's estimators; None without estimators
         self.beliefs: Beliefs | None = None  # the estimators', or those that were given to `predict`
-        self.observation: Observation | None = None  # until `predict`, and without beliefs
-        self._recorded: Observation | None = None  # a twin, as the controller may change the one it is shown
+        self.predicted: Observation | None = None  # until `predict`, and without beliefs
+        self._shown: Observation | None = None  # until `observation`
+        self._asked: Observation | None = None  # what the controller has decided on
         self.decision: Decision | None = None  # the controller's, until `decide`
         watch.start()
         self.truth: WorldState = world.state()
@@ -47,10 +48,17 @@ class Tick:
     @property
     def messages(self) -> tuple[object, ...]:
         """What is known so far and never changes: two ticks may share it."""
-        messages: list[object] = [self.truth, self.observation, self._recorded, self.decision, *(self.readings or ())]
+        messages: list[object] = [self.truth, self.predicted, self._shown, self.decision, *(self.readings or ())]
         for beliefs in (self.estimated, self.beliefs, self._before):
             messages += [] if beliefs is None else [beliefs, beliefs.robot, *beliefs.people]
         return tuple(messages)
+
+    @property
+    def observation(self) -> Observation | None:
+        """What was predicted, in objects of its own: who is shown it may change them."""
+        if self._shown is None and self.predicted is not None:
+            self._shown = sealed_message(self.predicted)
+        return self._shown
 
     def perceive(self) -> None:
         """Senses and estimates."""
@@ -70,16 +78,16 @@ class Tick:
             self._robot.follow_route(beliefs.robot.mean)
             self.beliefs = beliefs
         if self.beliefs is not None:
-            self._recorded = self._robot.predict(self.k, self.beliefs, own=beliefs is None)
-            self.observation = sealed_message(self._recorded)
-        self.decision = None
+            self.predicted = self._robot.predict(self.k, self.beliefs, own=beliefs is None)
+        self.decision = self._shown = None
         self._watch.lap("predict")
 
     def decide(self) -> Decision:
         """Asks the robot's own controller."""
-        assert self.observation is not None, "a controller decides on an observation"
         self._watch.resume()
-        self.decision = self._robot.decide(self.observation)
+        self._asked = self.predicted if self._robot.controller_is_shipped else self.observation
+        assert self._asked is not None, "a controller decides on an observation"
+        self.decision = self._robot.decide(self._asked)
         self._watch.lap("decide")
         return self.decision
 
@@ -95,8 +103,8 @@ class Tick:
         watch.lap("actuate")
         record.strand(self._stranded)
         record.note(*noticed)
-        asked = self.observation if decision is self.decision else None
-        record.add(self.k, self.truth, readings, self.beliefs, self._recorded, decision, command, asked=asked)
+        asked = self._asked if decision is self.decision else None
+        record.add(self.k, self.truth, readings, self.beliefs, self.predicted, decision, command, asked=asked)
         watch.lap("write")
         self._world.advance(robot.period, command, switches)
         watch.lap("advance")

@@ -94,6 +94,11 @@ class Navigator:
         return build_controller(self._scenario)
 
     @cached_property
+    def controller_is_shipped(self) -> bool:
+        """Whether it is one of mjnav's own methods, which write to nothing that they are shown."""
+        return type(self.controller).__module__.startswith("mjnav.control.methods.")
+
+    @cached_property
     def _predictor(self) -> Predictor:
         known = None if "controller" in self.__dict__ else plans_in_time(self._scenario)
         in_time = getattr(self.controller, "plans_in_time", False) if known is None else known
@@ -178,18 +183,11 @@ class Navigator:
             self._wayfinder.follow(belief.time, mean, goal, floor.known, beliefs.people, unseen)
             goal, way = self._wayfinder.ahead(position)
         return Observation(
-            robot_pose=sealed(pose),
-            control_noise=sealed(noise),
-            twist=sealed(self._decided),
+            robot_pose=sealed(pose), control_noise=sealed(noise), twist=sealed(self._decided),
             obstacles=(*self._predict_people(beliefs.people, people, effect, pose), *floor.discs(position)),
-            goal=sealed(goal),
-            walls=sealed(floor.walls(position)),
-            lanes=self._observe_lanes(num),
-            time=effect,
-            scan=self._observe_scan(),
-            map=floor.known,
-            way=way,
-        )
+            goal=sealed(goal), walls=sealed(floor.walls(position)), lanes=self._observe_lanes(num), time=effect,
+            scan=self._observe_scan(), map=floor.known, way=way,
+        )  # fmt: skip
 
     def _predict_people(
         self, tracks: tuple[Track, ...], drawn: tuple[Array, ...], effect: float, pose: Array

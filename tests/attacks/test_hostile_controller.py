@@ -163,3 +163,14 @@ def test_a_watcher_cannot_write_either(scenario):
             np.testing.assert_array_equal(
                 getattr(watched.trajectory, field.name), getattr(alone.trajectory, field.name)
             )
+
+
+def test_who_steps_a_simulation_by_a_shipped_method_changes_nothing_through_what_it_observes(scenario):
+    ends = []
+    for spoils in (False, True):
+        with mjnav.Simulation(replace(scenario("Plain"), control=load_scenario("lane").control)) as simulation:
+            while simulation.tick < 4:
+                assert not (spoils and attack(simulation.observe()))
+                simulation.step(simulation.decide())
+            ends.append(simulation.summary["state_hash"])
+    assert ends[0] == ends[1]
