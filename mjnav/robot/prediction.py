@@ -24,7 +24,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.compile.compiled import Cube, Matrix, elementwise, kernel
+from mjnav.compile.compiled import Cube, Matrix, exact, kernel
 from mjnav.errors import PluginFault
 from mjnav.messages import Array, KnownMap, Track
 from mjnav.rng import stream
@@ -164,8 +164,8 @@ class TurningAtWalls:
         tau, along = np.full(samples.shape[:2], np.inf), np.zeros((*samples.shape[:2], 2))
         turns_at_walls(tau, along, samples, self._stream.random((2, *samples.shape[:2])), walls)
         time = elapsed[:, 0] + self._step * np.arange(self._num + 1)  # (P, H + 1)
-        start, velocity, along = (np.moveaxis(a, -1, 0)[..., None] for a in (*np.split(samples, 2, axis=-1), along))
-        paths = np.moveaxis(_walked(start, velocity, along, time[:, None], tau[..., None]), 0, -1)  # (P, M, H + 1, 2)
+        paths = np.empty((*samples.shape[:2], self._num + 1, 2))
+        _walk(paths.reshape(*samples.shape[:2], -1), samples, time, tau, along)
         return replace(Futures.along(paths, self._step), turns=(tau < time[:, -1:]).any(axis=1))
 
 
@@ -209,11 +209,15 @@ def turns_at_walls(tau: Matrix, along: Cube, samples: Cube, draws: Cube, walls: 
                 along[p, m, 0], along[p, m, 1] = signed * wx, signed * wy
 
 
-@elementwise
-def _walked(start: float, velocity: float, along: float, time: float, tau: float):
-    """A coordinate at `time` of who walks at `velocity` until `tau`, and then goes `along`."""
-    until = min(time, tau)
-    return start + until * velocity + (time - until) * along
+@exact
+def _walk(paths: Cube, samples: Cube, time: Matrix, tau: Matrix, along: Cube):
+    """Fills `paths` (P, M, 2 H + 2) with x, y at `time` (P, H + 1) of samples (P, M, 4) that turn `along` at `tau`."""
+    for p, m in np.ndindex(tau.shape):
+        for h in range(time.shape[1]):
+            until = min(time[p, h], tau[p, m])
+            for c in range(2):
+                straight = samples[p, m, c] + until * samples[p, m, 2 + c]
+                paths[p, m, 2 * h + c] = straight + (time[p, h] - until) * along[p, m, c]
 
 
 def carry_people(samples: Array, duration: Array | float) -> tuple[Array, Array]:
