@@ -4,14 +4,15 @@
     l <- l - PASS  in a cell that others pass and none ends in    table 9.1), kept within LEAST to MOST
 
 each once a scan. A cell with l > OCCUPIED is occupied. It keeps the mean place of the beams that ended in it, so that a
-surface is known as well as ranges are, and not to a cell's width only.
+surface is known as well as ranges are, and not to a cell's width only. It also keeps the mean covariance of the frames
+in which their scans were placed.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from mjnav.compile.compiled import Flags, Matrix, Vector, exact, kernel
+from mjnav.compile.compiled import Cube, Flags, Matrix, Vector, exact, kernel
 from mjnav.geometry.distance_field import FieldGrid
 from mjnav.geometry.floor import ROUNDING, box_distance
 from mjnav.messages import Array
@@ -21,7 +22,7 @@ HIT, PASS = 0.7, 0.35
 LEAST, MOST = -1.0, 3.0
 OCCUPIED = 1.0  # two scans' hits on what is unknown, three on what was seen free
 FREE = -0.3  # below it a cell was seen free
-MEMORY = 10.0  # beams that a mean place remembers
+UPPER = np.triu_indices(3)  # xx, xy, xt, yy, yt, tt of a covariance (3, 3)
 
 
 class EvidenceGrid(NamedTuple):
@@ -30,7 +31,8 @@ class EvidenceGrid(NamedTuple):
     odds: Matrix  # (n, n) l, rows along y
     places_x: Matrix  # (n, n) [m] mean place of the ends in each cell
     places_y: Matrix
-    counts: Matrix  # (n, n) of these, at most MEMORY
+    counts: Matrix  # (n, n) of these
+    frames: Cube  # (n, n, 6) mean covariance of the frames of their scans, about the floor's origin, by UPPER
     x: float  # [m]
     y: float
 
@@ -39,7 +41,7 @@ class EvidenceGrid(NamedTuple):
         """Nothing is known within `half` [m] of (x, y)."""
         n = 2 * int(np.ceil(half / CELL))
         low_x, low_y = (CELL * (np.floor(v / CELL) - n // 2) for v in (x, y))
-        return cls(*np.zeros((4, n, n)), x=float(low_x), y=float(low_y))
+        return cls(*np.zeros((4, n, n)), frames=np.zeros((n, n, 6)), x=float(low_x), y=float(low_y))
 
     @property
     def middle(self) -> Array:
@@ -49,22 +51,26 @@ class EvidenceGrid(NamedTuple):
     def moved(self, columns: int, rows: int) -> "EvidenceGrid":
         """The window shifted by cells; what leaves it is forgotten."""
         n = len(self.odds)
-        new = np.zeros((4, n, n))
+        x, y = self.x + CELL * columns, self.y + CELL * rows
+        new = EvidenceGrid(*np.zeros((4, n, n)), frames=np.zeros((n, n, 6)), x=x, y=y)
         to_rows, to_columns = (slice(max(-k, 0), min(n - k, n)) for k in (rows, columns))
         from_rows, from_columns = (slice(max(k, 0), min(n + k, n)) for k in (rows, columns))
-        for old, shifted in zip(self[:4], new, strict=True):
+        for old, shifted in zip(self[:5], new[:5], strict=True):
             shifted[to_rows, to_columns] = old[from_rows, from_columns]
-        return EvidenceGrid(*new, x=self.x + CELL * columns, y=self.y + CELL * rows)
+        return new
 
-    def surfaces(self, least: float = OCCUPIED) -> Array:
-        """Mean places of the cells with more than `least`, row by row, (k, 2) [m]."""
-        occupied = self.odds > least
+    def surfaces(self) -> Array:
+        """Mean places of the occupied cells, row by row, (k, 2) [m]."""
+        occupied = self.odds > OCCUPIED
         return np.column_stack([self.places_x[occupied], self.places_y[occupied]])
 
 
 @kernel
-def add_scan(grid: EvidenceGrid, origins: Matrix, ends: Matrix, met: Flags):
-    """What one scan says: beams from `origins` (B, 2) to `ends` (B, 2) [m], which have `met` a surface there or not."""
+def add_scan(grid: EvidenceGrid, origins: Matrix, ends: Matrix, met: Flags, frame: Vector):
+    """What one scan says: beams from `origins` (B, 2) to `ends` (B, 2) [m], which have `met` a surface there or not.
+
+    `frame` (6,) is the covariance of where the scan was placed, by UPPER.
+    """
     n = len(grid.odds)
     seen = np.zeros((n, n), np.bool_)
     for b in range(len(ends)):
@@ -74,9 +80,11 @@ def add_scan(grid: EvidenceGrid, origins: Matrix, ends: Matrix, met: Flags):
         if not seen[j, i]:
             seen[j, i] = True
             grid.odds[j, i] = min(grid.odds[j, i] + HIT, MOST)
-        grid.counts[j, i] = min(grid.counts[j, i] + 1.0, MEMORY)
+        grid.counts[j, i] += 1.0
         grid.places_x[j, i] += (ends[b, 0] - grid.places_x[j, i]) / grid.counts[j, i]
         grid.places_y[j, i] += (ends[b, 1] - grid.places_y[j, i]) / grid.counts[j, i]
+        for k in range(len(frame)):
+            grid.frames[j, i, k] += (frame[k] - grid.frames[j, i, k]) / grid.counts[j, i]
     for b in range(len(ends)):
         dx, dy = ends[b, 0] - origins[b, 0], ends[b, 1] - origins[b, 1]
         length = np.sqrt(dx * dx + dy * dy)

@@ -126,8 +126,8 @@ class Navigator:
         for reading in readings:
             robot = self._localizer.update(reading)
             beliefs = Beliefs(robot, self._tracker.update(reading, robot), self._tracker.detections)
-            if self._local is not None and self._local.follow(reading, robot, beliefs.people):
-                self._learn(self._local)
+            if self._local is not None:
+                self._draw_map(self._local, reading, beliefs)
             if self._caution is not None:
                 self._caution.follow(reading, beliefs)
         if beliefs is None:
@@ -135,14 +135,18 @@ class Navigator:
         self.follow_route(beliefs.robot.mean)
         return beliefs
 
-    def _learn(self, local: "LocalMap") -> None:
+    def _draw_map(self, local: "LocalMap", reading: Reading, beliefs: Beliefs) -> None:
         """Everything on board goes by what the scans have shown so far."""
-        self.floor_map = FloorMap(self._scenario, local.floor.discs)
         from mjnav.robot.estimation.lidar.local_map import MappingLocalizer
         from mjnav.robot.estimation.lidar.tracker import LidarTracker
 
-        if isinstance(self._localizer, MappingLocalizer):
-            self._localizer.learn(local)
+        maps = self._localizer if isinstance(self._localizer, MappingLocalizer) else None
+        frame = np.zeros(6) if maps is None else maps.frame
+        if not local.follow(reading, beliefs.robot, beliefs.people, frame):
+            return
+        self.floor_map = FloorMap(self._scenario, local.floor.discs)
+        if maps is not None:
+            maps.learn(local)
         if isinstance(self._tracker, LidarTracker):
             self._tracker.learn(local.field)
         if self._caution is not None:

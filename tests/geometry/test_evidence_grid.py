@@ -18,6 +18,8 @@ from mjnav.geometry.evidence_grid import (
     stand,
 )
 
+SURE = np.zeros(6)  # the covariance of a frame that is known
+
 
 def cells_passed(origin, end, grid):
     """The cells that a beam passes, all but the last half metre of a cell: sampled as finely as the kernel does."""
@@ -33,7 +35,7 @@ def test_scans_add_up_as_the_book_has_it():
     for _ in range(12):
         angles, ranges = rng.uniform(-np.pi, np.pi, 40), rng.uniform(0.2, 1.6, 40)
         ends, met = origin + ranges[:, None] * np.column_stack([np.cos(angles), np.sin(angles)]), rng.random(40) < 0.7
-        add_scan(grid, np.tile(origin, (40, 1)), ends, met)
+        add_scan(grid, np.tile(origin, (40, 1)), ends, met, SURE)
         hit = {tuple(cell) for cell in np.floor((ends[met] - [grid.x, grid.y]) / CELL).astype(int)}
         passed = set().union(*(cells_passed(origin, end, grid) for end in ends)) - hit
         odds |= {cell: min(odds.get(cell, 0.0) + HIT, MOST) for cell in hit}
@@ -50,19 +52,30 @@ def test_a_surface_is_known_better_than_a_cell():
     place = np.array([1.012, 0.013])
     for _ in range(30):
         end = place + rng.normal(0.0, 0.003, (1, 2))
-        add_scan(grid, np.zeros((1, 2)), end, np.array([True]))
+        add_scan(grid, np.zeros((1, 2)), end, np.array([True]), SURE)
     (found,) = grid.surfaces()
     assert found == pytest.approx(place, abs=0.004)
     assert grid.odds.max() == MOST > OCCUPIED
 
 
+def test_a_cell_has_the_mean_covariance_of_the_frames_of_its_beams():
+    rng = np.random.default_rng(9)
+    grid, end, frames = EvidenceGrid.around(0.0, 0.0, 2.0), np.array([[1.012, 0.013]]), rng.uniform(0.0, 1.0, (7, 6))
+    for frame in frames:
+        add_scan(grid, np.zeros((1, 2)), end, np.array([True]), frame)
+    ((row, column),) = np.argwhere(grid.counts)
+    np.testing.assert_allclose(grid.frames[row, column], frames.mean(axis=0), rtol=1e-12)
+    moved = grid.moved(3, -2)
+    np.testing.assert_array_equal(moved.frames[row + 2, column - 3], grid.frames[row, column])
+
+
 def test_what_has_gone_is_forgotten_after_beams_have_passed():
     grid, origin, end = EvidenceGrid.around(0.0, 0.0, 2.0), np.zeros((1, 2)), np.array([[1.0, 0.0]])
     for _ in range(10):
-        add_scan(grid, origin, end, np.array([True]))
+        add_scan(grid, origin, end, np.array([True]), SURE)
     assert len(grid.surfaces()) == 1
     for _ in range(int(np.ceil((MOST - OCCUPIED) / PASS))):
-        add_scan(grid, origin, 1.8 * end, np.array([False]))
+        add_scan(grid, origin, 1.8 * end, np.array([False]), SURE)
     assert len(grid.surfaces()) == 0
 
 
@@ -71,7 +84,7 @@ def test_a_window_that_moves_keeps_what_stays_within():
     grid = EvidenceGrid.around(0.0, 0.0, 1.0)
     ends = rng.uniform(-1.0, 1.0, (60, 2))
     for _ in range(3):
-        add_scan(grid, ends - 1e-3, ends, np.ones(60, bool))
+        add_scan(grid, ends - 1e-3, ends, np.ones(60, bool), SURE)
     before, moved = grid.surfaces(), grid.moved(7, -4)
     inside = ((before >= [moved.x, moved.y]) & (before < np.array([moved.x, moved.y]) + CELL * len(moved.odds))).all(1)
     assert 0 < inside.sum() < len(before)

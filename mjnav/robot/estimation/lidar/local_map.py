@@ -1,22 +1,33 @@
 """Driving without a map: what the robot has seen so far around it, and where it is in that.
 
-    predict   the pose, by wheels and gyro                                                    (`localizer.Cloud`)
-    correct   by the scan against the map of all scans before, p(scan | pose) as on a map      (`likelihood_field`)
-    add       the scan to the map at the mean of the pose: `geometry.evidence_grid`
+    predict   the pose, by wheels and gyro
+    match     the scan with the surfaces of all scans before                   (`geometry.surfels`, `scan_matching`)
+    correct   the pose by the match
+    add       the scan to the map at that pose                                  (`geometry.evidence_grid`)
 
-So errors of the pose go into the map, and neither knows the other's: the map drifts slowly from the floor, and the pose
-with it. What matters near the robot is right, as both drift alike. The goal drifts away from it.
+So errors of the pose go into the map, and both drift slowly from the floor. What is near is right, as both drift alike;
+the goal drifts away. How far the frame of scan k may be off, C_k (3, 3), is known from what the scan was matched with:
+
+    C_k = mean over its returns of the C of the surfels that they lie on + A P_k A^T,   C = 0 at the start,
+
+P_k the covariance of the match and A(x, y) what takes an error of a pose at (x, y) to that of its frame at the origin,
+
+    A = ((1, 0, y), (0, 1, -x), (0, 0, 1)).
+
+A surfel has the mean C of the scans that made it. So what was seen from the start stays as sure as it was then, while
+the robot drives past it and when it comes back to it. The stated covariance is of the pose on the floor, with this
+part. Particles are drawn without it: they are where the robot is among what it has seen, which is what it may touch.
 
 A return where nothing was seen before is taken for what stands there. People are found by returns from where it was
 seen free: they have come there, and count once they have gone a way (`tracker`). Returns on somebody who walks are
 neither added nor do they say where the robot is. Whoever stands for long is a part of the map until they go, and beams
-pass where they stood. Only cells that were hit often say where the robot is, as one that somebody walks through is
-not. Where nothing lasts, wheels and gyro lead.
+pass where they stood. Where nothing lasts, wheels and gyro lead.
 
 A robot that has a map knows its pose on that map, and draws what the map lacks: furniture that was moved.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -24,13 +35,31 @@ from numpy.typing import NDArray
 
 from mjnav.geometry.distance_field import DistanceField, FieldGrid
 from mjnav.geometry.distances import placed
-from mjnav.geometry.evidence_grid import CELL, FREE, OCCUPIED, EvidenceGrid, add_scan, field_of, seen_free, stand
+from mjnav.geometry.evidence_grid import (
+    CELL,
+    FREE,
+    OCCUPIED,
+    UPPER,
+    EvidenceGrid,
+    add_scan,
+    field_of,
+    seen_free,
+    stand,
+)
 from mjnav.geometry.floor import Floor
+from mjnav.geometry.surfels import Surfels, frame_error, normal_equations, surfels_of
 from mjnav.messages import Array, Reading, RobotBelief, Track
-from mjnav.robot.estimation.base import HEADING, PoseEstimator, assumed_noise
-from mjnav.robot.estimation.lidar.likelihood_field import LikelihoodField
-from mjnav.robot.estimation.lidar.localizer import LEAST_RETURNS, Cloud
+from mjnav.robot.estimation.base import HEADING, assumed_noise
+from mjnav.robot.estimation.kalman import Gaussian, symmetrised
 from mjnav.robot.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
+from mjnav.robot.estimation.lidar.scan_matching import (
+    MAP_STD,
+    MatchingLocalizer,
+    ScanMatch,
+    best_match,
+    centred,
+    weighted_law,
+)
 from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import floor_of_lidar
 
@@ -41,7 +70,7 @@ SURFACE = 0.01  # [m] radius of the discs that stand for an occupied cell
 WALKS = 0.25  # [m/s] from which on somebody walks
 ON_MAP = 0.15  # [m] from a surface of the known map, beyond which another one is seen
 WITHIN = 0.8  # of the robot's radius, within which what it drives over was seen: between pillars its sides may touch
-LASTING = 2.5  # log odds of a cell that says where the robot is: somebody who walks is not as long in one
+NEAR = 0.2  # [m] from a surfel, within which a return may be one on it
 ON_TRACK = 0.3  # [m] from somebody's surface: their returns
 
 
@@ -53,6 +82,7 @@ class LocalMap:
         self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
         self._history = MotionHistory(TwistSensors.of(noise, robot.limits))
         self._radius = robot.radius
+        self._mode = weighted_law(self._noise)[0]
         x, y, _ = robot.start
         self._grid = EvidenceGrid.around(x, y, min(HALF, self._lidar.max_range + SLACK))
         self._known = floor_of_lidar(scenario)  # of the map that the robot has from the start
@@ -60,15 +90,20 @@ class LocalMap:
         self._at = (np.nan, np.nan)  # [m] of the corner of `_base`
         self.seen = np.zeros((0, 3))  # x, y, radius [m] of discs for what the known map does not have
         self.floor = self._known  # both
-        self.field = self.lasting = DistanceField(FieldGrid(np.zeros((0, 0)), 0.0, 0.0, FIELD_CELL))
+        self.field = DistanceField(FieldGrid(np.zeros((0, 0)), 0.0, 0.0, FIELD_CELL))
+        self.surfels: Surfels | None = None  # of what lasts, where no map is known
         self.walkers = np.zeros((0, 3))  # x, y, reach [m]: where returns may be somebody's who walks
 
-    def follow(self, reading: Reading, robot: RobotBelief, people: Sequence[Track]) -> bool:
-        """One more reading, and what is believed after it; whether the map has changed."""
+    def follow(self, reading: Reading, robot: RobotBelief, people: Sequence[Track], frame: Array) -> bool:
+        """One more reading, and what is believed after it; whether the map has changed.
+
+        `frame` (6,) is the covariance of the scan's frame.
+        """
         self._history.follow(reading)
         points = scan_points(reading, self._history, self._lidar, self._noise)
         if len(points) != len(self._lidar.angles) or not np.isfinite(robot.mean).all():
             return False
+        points, _ = centred(points, reading.scan, self._lidar, self._noise, self._mode)
         self._centre(robot.mean)
         c, s = np.cos(robot.mean[HEADING]), np.sin(robot.mean[HEADING])
         met = np.isfinite(points[:, 0])
@@ -82,15 +117,15 @@ class LocalMap:
         met &= ~within(ends, self.walkers)
         silent |= np.isnan(reading.scan)
         origins = np.tile([x, y], (len(ends), 1))
-        add_scan(self._grid, origins[~silent], ends[~silent], met[~silent])
+        add_scan(self._grid, origins[~silent], ends[~silent], met[~silent], frame)
         stand(self._grid, float(robot.mean[0]), float(robot.mean[1]), self._radius)
-        surfaces, lasting = self._grid.surfaces(), self._grid.surfaces(LASTING)
+        surfaces = self._grid.surfaces()
         low, size = np.array([self._grid.x, self._grid.y]), CELL * len(self._grid.odds)
         grid = field_of(surfaces, low, size, FIELD_CELL, FIELD_REACH)
         if self._known.bounds is None:
             not_free = np.pad(np.repeat(np.repeat(self._grid.odds > FREE, 2, 0), 2, 1), (0, 1), mode="edge")
             grid = grid._replace(clearance=np.where(not_free, 0.0, grid.clearance))
-            self.lasting = DistanceField(field_of(lasting, low, size, FIELD_CELL, FIELD_REACH))
+            self.surfels = surfels_of(self._grid, NEAR)
         else:
             surfaces = surfaces[self._known.clearance(surfaces) > ON_MAP]
             grid = grid._replace(clearance=np.minimum(grid.clearance, self._on_known(grid)))
@@ -137,21 +172,19 @@ def within(points: Array, discs: Array) -> NDArray[np.bool_]:
     return np.any(x * x + y * y < discs[:, 2] ** 2, axis=1)
 
 
-class MappingLocalizer(PoseEstimator):
-    """The robot's pose against its own map, by particles."""
+class MappingLocalizer(MatchingLocalizer):
+    """The robot's pose on its own map."""
 
     def __init__(self, scenario: Scenario, seed: int):
         """At the scenario's start, which is where the map's frame lies."""
-        super().__init__(seed)
         noise = assumed_noise(scenario)
         twists = TwistSensors.of(noise, scenario.robot.limits)
-        self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
-        self._field: LikelihoodField | None = None  # until the map has something
+        start = Gaussian(np.array(scenario.robot.start, float), 1e-8 * np.eye(3))
+        num = scenario.estimation.robot.particles
+        super().__init__(scenario.sensors.scanner, noise["lidar.range"], twists, start, num, seed)
+        self._surfels: Surfels | None = None
         self._walkers = np.zeros((0, 3))
-        self._history = MotionHistory(twists)
-        self._most = scenario.estimation.robot.particles
-        particles = np.tile(np.array(scenario.robot.start, float), (self._most, 1))
-        self._cloud = Cloud(particles, twists, seed, "estimation")
+        self._matched = np.zeros((3, 3))  # mean covariance of the frames of what the latest scan was matched with
 
     @classmethod
     def of(cls, scenario: Scenario, seed: int) -> Self:
@@ -160,24 +193,42 @@ class MappingLocalizer(PoseEstimator):
 
     def learn(self, local: LocalMap) -> None:
         """The map as it is now."""
-        shape = local.lasting.grid.clearance.shape
-        self._field = LikelihoodField(local.lasting, np.zeros(shape), self._lidar, self._noise)
-        self._walkers = local.walkers
+        self._surfels, self._walkers = local.surfels, local.walkers
+
+    @property
+    def frame(self) -> Array:
+        """The covariance (6,) of the frame of the latest scan, at the origin."""
+        past = self._pose.past
+        to_origin = at_origin(past.mean)
+        return (self._matched + to_origin @ past.covariance @ to_origin.T)[UPPER]
 
     def update(self, reading: Reading) -> RobotBelief:
-        """The belief after one more reading; its moments come from the weights before resampling."""
-        twist, cloud = self._history.follow(reading), self._cloud
-        if twist.interval > 0.0:
-            cloud.predict(twist)
-        points = scan_points(reading, self._history, self._lidar, self._noise)
-        mean = cloud.moments()[0]
-        c, s = np.cos(mean[HEADING]), np.sin(mean[HEADING])
-        points[within(mean[:2] + points @ np.array([[c, s], [-s, c]]), self._walkers)] = np.nan
-        if self._field is not None and np.count_nonzero(np.isfinite(points[:, 0])) >= LEAST_RETURNS:
-            cloud.correct(self._field.log_ratio(cloud.particles, self._field.beams(points)))
-            if reading.scan_times.size:
-                cloud.blur(max(reading.time - float(reading.scan_times.mean()), 0.0), twist)
-        mean, covariance, size = cloud.moments()
-        self._belief = RobotBelief(reading.time, cloud.particles, cloud.weights, mean, covariance, size, False)
-        cloud.resample(covariance, size, self._most)
+        """The belief after one more reading; the covariance has the frame's."""
+        belief = super().update(reading)
+        from_origin = at_origin(-belief.mean)
+        covariance = symmetrised(belief.covariance + from_origin @ self._matched @ from_origin.T)
+        self._belief = replace(belief, covariance=covariance)
         return self._belief
+
+    def _points(self, reading: Reading) -> Array:
+        points, (x, y, heading) = super()._points(reading), self._pose.now.mean
+        c, s = np.cos(heading), np.sin(heading)
+        points[within([x, y] + points @ np.array([[c, s], [-s, c]]), self._walkers)] = np.nan
+        return points
+
+    def _match(self, points: Array, std: Array, guess: Array) -> ScanMatch:
+        surfels, met = self._surfels, np.isfinite(points[:, 0])
+        points, variance = np.ascontiguousarray(points[met]), std[met] ** 2
+
+        def equations(pose: Array, m: float) -> tuple[Array, Array, float]:
+            return normal_equations(surfels, points, variance, pose, MAP_STD**2, m)
+
+        match = best_match(equations, len(points) if surfels else 0, guess, self._inflation)
+        if surfels and match.explained > 0.0:
+            self._matched[UPPER] = self._matched.T[UPPER] = frame_error(surfels, points, match.pose)
+        return match
+
+
+def at_origin(pose: Array) -> Array:
+    """A (3, 3), which takes a small error of a `pose` (3,) to the error of its frame at the origin."""
+    return np.array([[1.0, 0.0, pose[1]], [0.0, 1.0, -pose[0]], [0.0, 0.0, 1.0]])

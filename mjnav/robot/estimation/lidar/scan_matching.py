@@ -40,7 +40,7 @@ given, from the place of the whole floor that fits best (`localizer.FloorSearch`
 """
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 
@@ -75,6 +75,7 @@ INFLATION = 1.4  # factor on the covariance: neighbouring beams share errors
 SHARED_STD = (0.0015, 0.0015, 0.001)  # [m], [m], [rad] of the pose by errors of the map, its field and the beams' times
 LEAST_FACING = 0.1  # cosine of the angle between a beam and a face, of which the expected range is told
 WITHIN = 2.5  # standard deviations
+LEAST_STD = 2e-3  # [m] of a range
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,10 +103,21 @@ def match_scan(
     """
     met = np.isfinite(points).all(axis=1)
     points, variance = np.ascontiguousarray(points[met]), np.ascontiguousarray(range_std[met] ** 2)
+
+    def equations(pose: Array, m: float) -> tuple[Array, Array, float]:
+        return normal_equations(points, variance, pose, field.grid, MAP_STD**2, m, reach)
+
+    return best_match(equations, len(points) if field.grid.clearance.size else 0, guess, inflation)
+
+
+def best_match(
+    equations: Callable[[Array, float], tuple[Array, Array, float]], num: int, guess: Array, inflation: float
+) -> ScanMatch:
+    """By Gauss-Newton steps: `equations` of a pose and of m are those of `num` points."""
     pose, scale = np.array(guess, float), WIDE_SCALE
     hessian, explained = np.zeros((3, 3)), 0.0
-    for _ in range(MAX_STEPS if len(points) and field.grid.clearance.size else 0):
-        hessian, gradient, explained = normal_equations(points, variance, pose, field.grid, MAP_STD**2, scale**2, reach)
+    for _ in range(MAX_STEPS if num else 0):
+        hessian, gradient, explained = equations(pose, scale**2)
         step = -_inverse(hessian, 0.0) @ gradient
         if scale == SCALE and np.abs(step).max() < PRECISION:
             break
@@ -114,7 +126,7 @@ def match_scan(
     pose[2] = wrap(pose[2])
     covariance = _inverse(hessian / inflation, UNKNOWN**2)
     covariance += np.diag(np.square(SHARED_STD))
-    return ScanMatch(pose, covariance, len(points), explained)
+    return ScanMatch(pose, covariance, num, explained)
 
 
 def reach_of(lidar: Lidar, noise: Distribution) -> float:
@@ -157,6 +169,17 @@ def weighted_law(noise: Distribution, map_std: float = MAP_STD) -> tuple[float, 
     w = (m / (m + squared)) ** 2
     slope = density @ (w * (1.0 - 4.0 * squared / (m + squared)))
     return centre, float((density @ (w * w * squared)) * (density @ w) / slope**2 / widened)
+
+
+def centred(points: Array, scan: Array, lidar: Lidar, noise: Distribution, centre: float) -> tuple[Array, Array]:
+    """Points (B, 2) of a scan less the error b = `centre` that weights take for right, and their std of range (B,) [m].
+
+    See `weighted_law`.
+    """
+    std = np.sqrt(lidar.std(np.nan_to_num(scan, posinf=0.0), noise) ** 2 + lidar.resolution**2 / 12.0 + LEAST_STD**2)
+    away = points - lidar.mount[:2]
+    away /= np.maximum(np.hypot(away[:, 0], away[:, 1]), LEAST_STD)[:, None]
+    return points - (centre * std)[:, None] * away, std
 
 
 @kernel
@@ -261,7 +284,6 @@ class DelayedPose:
 # ----------------------------------------------------------------------- localizer by scan matching
 
 
-LEAST_STD = 2e-3  # [m] of a range
 SLACK = 0.5  # [s] that a scan may be older than a turn
 GATE = 21.1  # squared distance of prediction and match: 99.99 % of chi-squared with three degrees of freedom
 EXPLAINED = 0.2  # least mean weight of a scan's points where a match is a measurement
@@ -272,38 +294,23 @@ BETTER = 0.15  # by which the mean weight is greater at a better place
 NUM_GUESSES = 20  # poses of a search from which a scan is matched
 
 
-class ScanMatchingLocalizer(PoseEstimator):
-    """By an extended Kalman filter; `particles` are draws from its Gaussian."""
+class MatchingLocalizer(PoseEstimator):
+    """By an extended Kalman filter that scans correct; `particles` are draws from its Gaussian."""
 
-    def __init__(self, search: FloorSearch, twists: TwistSensors, start: Array | None, num_particles: int, seed: int):
-        """`start` (3,) is where the robot is in the beginning; None for anywhere on the floor."""
+    def __init__(self, lidar: Lidar, noise: Distribution, twists: TwistSensors, start: Gaussian, num: int, seed: int):
+        """`noise` is that of a range; `num` particles are drawn."""
         super().__init__(seed)
         import_module("scipy.linalg")  # which `Gaussian.given` needs, not to be loaded at a tick
-        self._search, self._field = search, search.field
-        field = search.field
-        self._centre, variance = weighted_law(field.noise)
+        self._lidar, self._noise = lidar, noise
+        self._centre, variance = weighted_law(noise)
         self._inflation = variance * INFLATION
-        self._reach = reach_of(field.lidar, field.noise)
+        self._reach = reach_of(lidar, noise)
         self._blind = np.zeros(2, int)  # intervals in a row in which v and omega were not measured
         self._history = MotionHistory(twists)
-        self._anywhere = start is None  # until the first scan
-        if start is None:
-            places = search.places
-            spread = np.square([*(places.std(axis=0) + search.cell), np.pi])
-            past = Gaussian(np.append(places.mean(axis=0), 0.0), np.diag(spread))
-        else:
-            past = Gaussian(np.array([*start[:2], wrap(start[2])]), np.diag(np.square(START_STD)))
-        turn = 0.0 if field.lidar.rate is None else 1.0 / field.lidar.rate
-        self._pose = DelayedPose(past, turn + SLACK)
+        self._pose = DelayedPose(start, (0.0 if lidar.rate is None else 1.0 / lidar.rate) + SLACK)
         self._doubts, self._patience = 0, PATIENCE  # doubtful scans in a row; until the next search
         self._slips = 0  # matches in a row that explain the scan and were not taken
-        self._searching = stream(seed, "estimation.search")
-        self._num, self._stream = num_particles, stream(seed, "estimation.gaussian")
-
-    @classmethod
-    def of(cls, scenario: Scenario, seed: int) -> "ScanMatchingLocalizer":
-        """With the scenario's map, lidar and assumed noise."""
-        return cls(*parts_of(scenario), scenario.estimation.robot.particles, seed)
+        self._num, self._stream = num, stream(seed, "estimation.gaussian")
 
     def update(self, reading: Reading) -> RobotBelief:
         """The belief after one more reading."""
@@ -331,32 +338,24 @@ class ScanMatchingLocalizer(PoseEstimator):
 
         Its points are those of the robot's frame at the mean time of the beams, to which the filter is taken.
         """
-        points = scan_points(reading, self._history, self._field.lidar, self._field.noise)
-        if self._field.is_empty or np.count_nonzero(np.isfinite(points[:, 0])) < LEAST_RETURNS:
+        points = self._points(reading)
+        if np.count_nonzero(np.isfinite(points[:, 0])) < LEAST_RETURNS:
             return False
         time = float(np.mean(reading.scan_times)) if len(reading.scan_times) else reading.time
         if not self._pose.go_to(time):
             return False
         ((x, y, heading),) = self._history.poses(np.array([time]), reading.time)
         c, s = np.cos(heading), np.sin(heading)
-        return self._correct(*self._centred((points - [x, y]) @ np.array([[c, -s], [s, c]]), reading.scan))
+        points = (points - [x, y]) @ np.array([[c, -s], [s, c]])
+        return self._correct(*centred(points, reading.scan, self._lidar, self._noise, self._centre))
 
-    def _centred(self, points: Array, scan: Array) -> tuple[Array, Array]:
-        """Points (B, 2) brought to where a match takes them to be right, and the std of their ranges (B,) [m]."""
-        lidar, ranges = self._field.lidar, np.nan_to_num(scan, posinf=0.0)
-        std = np.sqrt(lidar.std(ranges, self._field.noise) ** 2 + lidar.resolution**2 / 12.0 + LEAST_STD**2)
-        away = points - lidar.mount[:2]
-        away /= np.maximum(np.hypot(away[:, 0], away[:, 1]), LEAST_STD)[:, None]
-        return points - (self._centre * std)[:, None] * away, std
+    def _points(self, reading: Reading) -> Array:
+        """The returns (B, 2) that count in the robot's frame at the reading, NaN for others."""
+        return scan_points(reading, self._history, self._lidar, self._noise)
 
     def _correct(self, points: Array, std: Array) -> bool:
         """Takes what a scan says at the moment of the past; whether the filter has started again."""
         past = self._pose.past
-        if self._anywhere:
-            found, self._anywhere = self._best(points, std), False
-            self._pose.past = Gaussian(found.pose, found.covariance)
-            return False
-        points = put_right(points, self._field.lidar, past.mean, past.covariance, self._field.field.grid)
         match = self._match(points, std, past.mean)
         innovation = pose_residual(match.pose, past.mean)
         distance = float(innovation @ solve(past.covariance + match.covariance, innovation))
@@ -370,7 +369,7 @@ class ScanMatchingLocalizer(PoseEstimator):
         return True
 
     def _match(self, points: Array, std: Array, guess: Array) -> ScanMatch:
-        return match_scan(self._field.field, points, std, guess, self._inflation, self._reach)
+        raise NotImplementedError
 
     def _elsewhere(self, points: Array, std: Array, match: ScanMatch, taken: bool) -> ScanMatch | None:
         """A place to start again from, if there is one, after a scan that led to a `match`, whether it was `taken`."""
@@ -390,6 +389,47 @@ class ScanMatchingLocalizer(PoseEstimator):
             self._patience = PATIENCE
             return found
         return None if taken else match
+
+    def _best(self, points: Array, std: Array, others: Sequence[ScanMatch]) -> ScanMatch:
+        """The place that makes a scan the likeliest, of `others` and of what a search finds."""
+        return others[0]
+
+
+class ScanMatchingLocalizer(MatchingLocalizer):
+    """By matches of scans with a map."""
+
+    def __init__(self, search: FloorSearch, twists: TwistSensors, start: Array | None, num_particles: int, seed: int):
+        """`start` (3,) is where the robot is in the beginning; None for anywhere on the floor."""
+        self._search, self._field = search, search.field
+        self._anywhere = start is None  # until the first scan
+        if start is None:
+            places = search.places
+            spread = np.square([*(places.std(axis=0) + search.cell), np.pi])
+            past = Gaussian(np.append(places.mean(axis=0), 0.0), np.diag(spread))
+        else:
+            past = Gaussian(np.array([*start[:2], wrap(start[2])]), np.diag(np.square(START_STD)))
+        super().__init__(search.field.lidar, search.field.noise, twists, past, num_particles, seed)
+        self._searching = stream(seed, "estimation.search")
+
+    @classmethod
+    def of(cls, scenario: Scenario, seed: int) -> "ScanMatchingLocalizer":
+        """With the scenario's map, lidar and assumed noise."""
+        return cls(*parts_of(scenario), scenario.estimation.robot.particles, seed)
+
+    def _see(self, reading: Reading) -> bool:
+        return not self._field.is_empty and super()._see(reading)
+
+    def _correct(self, points: Array, std: Array) -> bool:
+        past = self._pose.past
+        if self._anywhere:
+            found, self._anywhere = self._best(points, std), False
+            self._pose.past = Gaussian(found.pose, found.covariance)
+            return False
+        points = put_right(points, self._lidar, past.mean, past.covariance, self._field.field.grid)
+        return super()._correct(points, std)
+
+    def _match(self, points: Array, std: Array, guess: Array) -> ScanMatch:
+        return match_scan(self._field.field, points, std, guess, self._inflation, self._reach)
 
     def _best(self, points: Array, std: Array, others: Sequence[ScanMatch] = ()) -> ScanMatch:
         """The place that makes a scan the likeliest, of those all over the floor and of others."""
