@@ -33,19 +33,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from mjnav.geometry import evidence_grid
 from mjnav.geometry.distance_field import DistanceField, FieldGrid
 from mjnav.geometry.distances import placed
-from mjnav.geometry.evidence_grid import (
-    CELL,
-    FREE,
-    OCCUPIED,
-    UPPER,
-    EvidenceGrid,
-    add_scan,
-    field_of,
-    seen_free,
-    stand,
-)
 from mjnav.geometry.floor import Floor
 from mjnav.geometry.surfels import Surfels, frame_error, normal_equations, surfels_of
 from mjnav.messages import Array, Reading, RobotBelief, Track
@@ -65,7 +55,7 @@ from mjnav.scene.ways import floor_of_lidar
 
 HALF = 10.0  # [m] that the map reaches from the robot; less for a lidar of less range
 SLACK = 2.0  # [m] that the robot may be away from the middle
-FIELD_CELL, FIELD_REACH = 0.5 * CELL, 0.5  # [m] of the distance field, and the most that it tells
+FIELD_CELL, FIELD_REACH = 0.5 * evidence_grid.CELL, 0.5  # [m] of the distance field, and the most that it tells
 SURFACE = 0.01  # [m] radius of the discs that stand for an occupied cell
 WALKS = 0.25  # [m/s] from which on somebody walks
 ON_MAP = 0.15  # [m] from a surface of the known map, beyond which another one is seen
@@ -84,7 +74,7 @@ class LocalMap:
         self._radius = robot.radius
         self._mode = weighted_law(self._noise)[0]
         x, y, _ = robot.start
-        self._grid = EvidenceGrid.around(x, y, min(HALF, self._lidar.max_range + SLACK))
+        self._grid = evidence_grid.EvidenceGrid.around(x, y, min(HALF, self._lidar.max_range + SLACK))
         self._known = floor_of_lidar(scenario)  # of the map that the robot has from the start
         self._known_field, self._base = DistanceField.of(self._known), np.zeros((0, 0))
         self._at = (np.nan, np.nan)  # [m] of the corner of `_base`
@@ -117,13 +107,15 @@ class LocalMap:
         met &= ~within(ends, self.walkers)
         silent |= np.isnan(reading.scan)
         origins = np.tile([x, y], (len(ends), 1))
-        add_scan(self._grid, origins[~silent], ends[~silent], met[~silent], frame)
-        stand(self._grid, float(robot.mean[0]), float(robot.mean[1]), self._radius)
+        evidence_grid.add_scan(self._grid, origins[~silent], ends[~silent], met[~silent], frame)
+        evidence_grid.stand(self._grid, float(robot.mean[0]), float(robot.mean[1]), self._radius)
         surfaces = self._grid.surfaces()
-        low, size = np.array([self._grid.x, self._grid.y]), CELL * len(self._grid.odds)
-        grid = field_of(surfaces, low, size, FIELD_CELL, FIELD_REACH)
+        low, size = np.array([self._grid.x, self._grid.y]), evidence_grid.CELL * len(self._grid.odds)
+        grid = evidence_grid.field_of(surfaces, low, size, FIELD_CELL, FIELD_REACH)
         if self._known.bounds is None:
-            not_free = np.pad(np.repeat(np.repeat(self._grid.odds > FREE, 2, 0), 2, 1), (0, 1), mode="edge")
+            not_free = np.pad(
+                np.repeat(np.repeat(self._grid.odds > evidence_grid.FREE, 2, 0), 2, 1), (0, 1), mode="edge"
+            )
             grid = grid._replace(clearance=np.where(not_free, 0.0, grid.clearance))
             self.surfels = surfels_of(self._grid, NEAR)
         else:
@@ -138,8 +130,13 @@ class LocalMap:
     def unseen(self) -> FieldGrid:
         """1 at the middles of cells of which no scan says anything yet, 0 elsewhere."""
         grid = self._grid
-        nothing = (grid.odds > FREE) & (grid.odds <= OCCUPIED)
-        return FieldGrid(nothing.astype(float), grid.x + 0.5 * CELL, grid.y + 0.5 * CELL, CELL)
+        nothing = (grid.odds > evidence_grid.FREE) & (grid.odds <= evidence_grid.OCCUPIED)
+        return FieldGrid(
+            nothing.astype(float),
+            grid.x + 0.5 * evidence_grid.CELL,
+            grid.y + 0.5 * evidence_grid.CELL,
+            evidence_grid.CELL,
+        )
 
     def is_free(self, pose: Array, v: float, omega: float, way: float) -> bool:
         """Whether `way` [m], and a cell more, were seen free from `pose` (3,) along the arc of (v, omega).
@@ -148,8 +145,10 @@ class LocalMap:
         """
         if self._known.bounds is not None:
             return True
-        most = way + CELL
-        return bool(seen_free(self._grid, np.array(pose, float), v, omega, WITHIN * self._radius, most) >= most)
+        most = way + evidence_grid.CELL
+        return bool(
+            evidence_grid.seen_free(self._grid, np.array(pose, float), v, omega, WITHIN * self._radius, most) >= most
+        )
 
     def _on_known(self, grid: FieldGrid) -> Array:
         """The clearance of the known map at the nodes of a grid; looked up where the window has moved."""
@@ -162,7 +161,7 @@ class LocalMap:
         """Takes the window along."""
         away = pose[:2] - self._grid.middle
         if np.abs(away).max() > SLACK:
-            columns, rows = np.round(away / CELL).astype(int).tolist()
+            columns, rows = np.round(away / evidence_grid.CELL).astype(int).tolist()
             self._grid = self._grid.moved(columns, rows)
 
 
@@ -200,7 +199,7 @@ class MappingLocalizer(MatchingLocalizer):
         """The covariance (6,) of the frame of the latest scan, at the origin."""
         past = self._pose.past
         to_origin = at_origin(past.mean)
-        return (self._matched + to_origin @ past.covariance @ to_origin.T)[UPPER]
+        return (self._matched + to_origin @ past.covariance @ to_origin.T)[evidence_grid.UPPER]
 
     def update(self, reading: Reading) -> RobotBelief:
         """The belief after one more reading; the covariance has the frame's."""
@@ -225,7 +224,9 @@ class MappingLocalizer(MatchingLocalizer):
 
         match = best_match(equations, len(points) if surfels else 0, guess, self._inflation)
         if surfels and match.explained > 0.0:
-            self._matched[UPPER] = self._matched.T[UPPER] = frame_error(surfels, points, match.pose)
+            self._matched[evidence_grid.UPPER] = self._matched.T[evidence_grid.UPPER] = frame_error(
+                surfels, points, match.pose
+            )
         return match
 
 
