@@ -160,6 +160,9 @@ class Beliefs(ShortRepr):
 # -------------------------------------------------------------------------------------------- control
 
 
+TRACK_WIDTH = 0.34  # [m] between the wheels' contact points of mjnav's own robot
+
+
 @dataclass(frozen=True, slots=True)
 class RobotLimits:
     """What the robot can do; SI units."""
@@ -170,9 +173,10 @@ class RobotLimits:
     max_acceleration: float = 1.0
     max_turn_acceleration: float = 3.0
     radius: float = 0.22
+    track_width: float = TRACK_WIDTH  # that counts in turns: more than it measures where wheels skid
 
     def __post_init__(self):
-        for name in ("max_speed", "max_turn_rate", "max_acceleration", "max_turn_acceleration", "radius"):
+        for name in (name for name in self.__slots__ if name != "min_speed"):
             if not number(name, getattr(self, name)) > 0.0:
                 raise InvalidValue(name, getattr(self, name), "a finite number > 0")
         if not number("min_speed", self.min_speed) < self.max_speed:

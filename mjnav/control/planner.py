@@ -52,7 +52,6 @@ class PlannerParameters(GoalParameters):
     goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.305
     progress_weight: Annotated[Weight, "w_P, of the way that is left"] = 1.18
     effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.2
-    half_track: Annotated[float, Range(0.0, MOST, "m"), "b / 2, half of the track width, in the control cost"] = 0.17
     risk_bound: Annotated[Share, "share of samples with a contact above which a plan is infeasible"] = 0.5
 
 
@@ -150,7 +149,8 @@ class Planner(ProblemController[P]):
         for by in (by_x, by_y):  # becomes the way; never -0.0, whose bearing is pi, at a goal that is reached
             np.subtract(0.0, np.multiply(left, by, out=by), out=by)
         along = mean_goal_cost(rollouts, by_x, by_y, o.twist, self.limits, self.period, p)
-        goal += (p.goal_weight * along + p.effort_weight * effort(rollouts, o.twist, p.half_track)) / speed**2
+        changes = effort(rollouts, o.twist, 0.5 * self.limits.track_width)
+        goal += (p.goal_weight * along + p.effort_weight * changes) / speed**2
         return Weighed(rollouts, goal, risks(rollouts))
 
     def _way_to(self, problem: Problem) -> WayGrid:
@@ -193,7 +193,7 @@ def progress(left: Array, at_start: float, way: float) -> Array:
 
 
 def effort(rollouts: Rollouts, twist: Array, half_track: float) -> Array:
-    """E of rollouts whose first control follows `twist` (2,), (K,)."""
+    """E of rollouts whose first control follows `twist` (2,), (K,); `half_track` is b / 2 [m]."""
     v, omega = (_changes(u, float(before)) for u, before in zip(rollouts.controls, twist, strict=True))
     return (v + half_track**2 * omega) / rollouts.step
 

@@ -73,7 +73,8 @@ def _discomfort(step: Transition) -> float:
 
 def _control(step: Transition) -> float:
     commands = np.array([step.command_before, step.command])
-    return -control_cost(commands - step.command_before, step.scenario.control.period)
+    scenario = step.scenario
+    return -control_cost(commands - step.command_before, scenario.control.period, scenario.robot.drive.track_width)
 
 
 TERMS: Mapping[str, Term] = MappingProxyType(

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.geometry.angles import wrap
-from mjnav.messages import Array, Trajectory
+from mjnav.messages import TRACK_WIDTH, Array, Trajectory
 from mjnav.metrics.definitions import HUNAVSIM, LOWER, TABLE_1, Definition, figures
 from mjnav.metrics.progress import targets
-from mjnav.motion.unicycle import TRACK_WIDTH, integrate
+from mjnav.motion.unicycle import integrate
 from mjnav.scene.spec import Scenario
 
 # ----------------------------------------------------------------------------------------- commands
@@ -26,13 +26,13 @@ PREVIEW = 1.0  # [s] that a nominal control is followed
 LEAVING_ANGLE = 0.2  # [rad] between where it leads and where the goal is: 11 degrees, above what noise turns it by
 
 
-def control_cost(command: Array, period: float) -> float:
+def control_cost(command: Array, period: float, track_width: float = TRACK_WIDTH) -> float:
     """Sum of (dv^2 + (b/2)^2 domega^2) / dt over commands (T, 2) from rest, b the track width [m^2/s^3].
 
     (b/2) domega is the change of the wheels' speeds by turning, so both terms are speeds.
     """
     change = np.diff(command, axis=0, prepend=np.zeros((1, 2)))
-    return float((change**2 @ [1.0, (0.5 * TRACK_WIDTH) ** 2]).sum() / period)
+    return float((change**2 @ [1.0, (0.5 * track_width) ** 2]).sum() / period)
 
 
 @figures(
@@ -46,7 +46,7 @@ def command_cost(trajectory: Trajectory, scenario: Scenario) -> float:
     * control_cost: sum of (dv^2 + (track_width/2)^2 domega^2)/dt over the commands, from rest: both terms are changes
       of the wheels' speeds
     """
-    return control_cost(trajectory.command, scenario.control.period)
+    return control_cost(trajectory.command, scenario.control.period, scenario.robot.drive.track_width)
 
 
 @figures("path", Definition("time_to_avoid_s", better=LOWER, null="no nominal control"))

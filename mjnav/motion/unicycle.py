@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from mjnav.compile.compiled import Matrix, Vector, kernel, scalar
 from mjnav.geometry.angles import wrap, wrapped
-from mjnav.messages import Array, RobotLimits
+from mjnav.messages import TRACK_WIDTH, Array, RobotLimits
 
 # --------------------------------------------------------------------------------------------- arrays
 
@@ -86,7 +86,6 @@ def integrate_rows(pose: Matrix, v: Vector, omega: Vector, duration: float):
 
 Speed = TypeVar("Speed", float, Array)
 WHEEL_RADIUS = 0.05  # [m]
-TRACK_WIDTH = 0.34  # [m] between the wheels' contact points
 
 
 @dataclass(frozen=True, slots=True)

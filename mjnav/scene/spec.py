@@ -113,6 +113,7 @@ class Robot(Settled):
             max_acceleration=self.max_acceleration,
             max_turn_acceleration=self.max_turn_acceleration,
             radius=self.radius,
+            track_width=self.drive.track_width,
         )
 
 

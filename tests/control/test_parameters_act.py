@@ -13,7 +13,7 @@ LIMITS = RobotLimits(min_speed=-0.2)
 OTHER = {  # than the default and than a preset's value
     "approach_time": 4.0, "ball": 0.4, "bandwidth": 0.5, "clearance": 1.0, "clip": 0.5, "degree": 4, "delta": 0.4,
     "desired_min": 60, "effective_centre": 0.4, "effort_weight": 0.9, "eta": 0.55, "fading": 1.0, "form": "ray",
-    "goal_weight": 0.7, "hold": 1.0, "half_track": 0.3, "heading_weight": 2.0, "horizon": 1.0, "knots": 4,
+    "goal_weight": 0.7, "hold": 1.0, "heading_weight": 2.0, "horizon": 1.0, "knots": 4,
     "lane_horizon": 3.0, "lane_weights": (3.0, 20.0), "margin": 0.35, "margin_growth": 0.25, "max_obstacles": 1,
     "moving": True, "num_components": 3, "num_iterations": 3, "num_omega": 6, "num_speeds": 4, "num_turn_rates": 4,
     "num_v": 6, "offset": 2.0, "penalty": 4.0, "preferred_speed": 0.4, "preview": 0.7, "progress_weight": 3.0,

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import mjnav
 from mjnav.metrics import effort
 
 
@@ -15,6 +16,15 @@ def test_control_cost_of_two_commands_by_hand():
 def test_control_cost_counts_from_rest_and_a_constant_command_once():
     assert effort.control_cost(np.tile([0.8, 0.0], (50, 1)), 0.1) == pytest.approx(6.4)
     assert effort.control_cost(np.zeros((0, 2)), 0.1) == 0.0
+
+
+def test_a_narrower_robot_pays_less_for_turning(trajectory_through):
+    """Burger's wheels are 0.16 m apart: the figure, and what a planner expects of it, go by that."""
+    narrow = mjnav.load_scenario("crossing1", {"robot.model": "burger"})
+    assert narrow.robot.limits.track_width == 0.16
+    trajectory = trajectory_through([[0.0, 0.0], [0.05, 0.0], [0.1, 0.0]])
+    trajectory = replace(trajectory, command=np.array([[0.0, 1.0], [0.0, 0.0]]))
+    assert effort.command_cost(trajectory, narrow) == pytest.approx(2 * 0.08**2 / narrow.control.period)
 
 
 def straight_run(trajectory_through, nominal):
