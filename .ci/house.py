@@ -23,7 +23,7 @@ BUDGETS = {  # code lines
     "constraints": 381,
     "control": 3269,
     "filters": 289,
-    "geometry": 1077,
+    "geometry": 1079,
     "gym": 310,
     "log": 3192,
     "loop": 2317,
@@ -39,7 +39,7 @@ BUDGETS = {  # code lines
     "study": 3214,
     "world": 2684,
 }
-MOST_FILES = 309
+MOST_FILES = 310
 MOST_IMPORTS = 0.0995  # of all code lines
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)

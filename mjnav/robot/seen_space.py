@@ -133,7 +133,7 @@ class SeenSpace:
 
     def __init__(self, scenario: Scenario, noise: Mapping[str, Distribution]):
         """`noise` is the law that the robot assumes of each channel."""
-        from mjnav.geometry.evidence_grid import cast  # runs without scans do without its kernels
+        from mjnav.geometry.beams import cast  # runs without scans do without its kernels
 
         self._cast = cast
         self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from mjnav.compile.compiled import Indices, Matrix, Vector, exact
 from mjnav.geometry.angles import wrap
+from mjnav.geometry.beams import cast
 from mjnav.geometry.distances import placed
-from mjnav.geometry.evidence_grid import cast
 from mjnav.geometry.floor import box_distance, surface
 from mjnav.messages import Array
 from mjnav.scene.spec import Scenario

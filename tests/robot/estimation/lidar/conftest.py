@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from mjnav.geometry.beams import cast
 from mjnav.geometry.distances import beam_angles
-from mjnav.geometry.evidence_grid import cast
 from mjnav.geometry.floor import Floor
 
 NUM_BEAMS = 360
