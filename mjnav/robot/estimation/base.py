@@ -195,6 +195,12 @@ class Posterior(NamedTuple):
     recovered: Sequence[bool] | NDArray[np.bool_]  # (B,) whether the belief started again from the reading
 
 
+def error_at(away: Array) -> Array:
+    """(3, 3), which takes a small error of a pose to the error of its frame `away` (2,) [m] from it, in world axes."""
+    x, y = away.tolist()
+    return np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
+
+
 class PoseEstimator:
     """What all localizers share: the latest belief and the draws from it."""
 

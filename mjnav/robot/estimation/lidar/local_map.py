@@ -36,10 +36,11 @@ from numpy.typing import NDArray
 from mjnav.geometry import evidence_grid
 from mjnav.geometry.distance_field import DistanceField, FieldGrid
 from mjnav.geometry.distances import placed
+from mjnav.geometry.evidence_grid import CELL, UPPER
 from mjnav.geometry.floor import Floor
 from mjnav.geometry.surfels import Surfels, frame_error, normal_equations, surfels_of
 from mjnav.messages import Array, Reading, RobotBelief, Track
-from mjnav.robot.estimation.base import HEADING, assumed_noise
+from mjnav.robot.estimation.base import HEADING, assumed_noise, error_at
 from mjnav.robot.estimation.kalman import Gaussian, symmetrised
 from mjnav.robot.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
 from mjnav.robot.estimation.lidar.scan_matching import (
@@ -55,7 +56,7 @@ from mjnav.scene.ways import floor_of_lidar
 
 HALF = 10.0  # [m] that the map reaches from the robot; less for a lidar of less range
 SLACK = 2.0  # [m] that the robot may be away from the middle
-FIELD_CELL, FIELD_REACH = 0.5 * evidence_grid.CELL, 0.5  # [m] of the distance field, and the most that it tells
+FIELD_CELL, FIELD_REACH = 0.5 * CELL, 0.5  # [m] of the distance field, and the most that it tells
 SURFACE = 0.01  # [m] radius of the discs that stand for an occupied cell
 WALKS = 0.25  # [m/s] from which on somebody walks
 ON_MAP = 0.15  # [m] from a surface of the known map, beyond which another one is seen
@@ -110,12 +111,11 @@ class LocalMap:
         evidence_grid.add_scan(self._grid, origins[~silent], ends[~silent], met[~silent], frame)
         evidence_grid.stand(self._grid, float(robot.mean[0]), float(robot.mean[1]), self._radius)
         surfaces = self._grid.surfaces()
-        low, size = np.array([self._grid.x, self._grid.y]), evidence_grid.CELL * len(self._grid.odds)
+        low, size = np.array([self._grid.x, self._grid.y]), CELL * len(self._grid.odds)
         grid = evidence_grid.field_of(surfaces, low, size, FIELD_CELL, FIELD_REACH)
         if self._known.bounds is None:
-            not_free = np.pad(
-                np.repeat(np.repeat(self._grid.odds > evidence_grid.FREE, 2, 0), 2, 1), (0, 1), mode="edge"
-            )
+            not_free = np.repeat(np.repeat(self._grid.odds > evidence_grid.FREE, 2, 0), 2, 1)
+            not_free = np.pad(not_free, (0, 1), mode="edge")
             grid = grid._replace(clearance=np.where(not_free, 0.0, grid.clearance))
             self.surfels = surfels_of(self._grid, NEAR)
         else:
@@ -131,12 +131,7 @@ class LocalMap:
         """1 at the middles of cells of which no scan says anything yet, 0 elsewhere."""
         grid = self._grid
         nothing = (grid.odds > evidence_grid.FREE) & (grid.odds <= evidence_grid.OCCUPIED)
-        return FieldGrid(
-            nothing.astype(float),
-            grid.x + 0.5 * evidence_grid.CELL,
-            grid.y + 0.5 * evidence_grid.CELL,
-            evidence_grid.CELL,
-        )
+        return FieldGrid(nothing.astype(float), grid.x + 0.5 * CELL, grid.y + 0.5 * CELL, CELL)
 
     def is_free(self, pose: Array, v: float, omega: float, way: float) -> bool:
         """Whether `way` [m], and a cell more, were seen free from `pose` (3,) along the arc of (v, omega).
@@ -145,10 +140,8 @@ class LocalMap:
         """
         if self._known.bounds is not None:
             return True
-        most = way + evidence_grid.CELL
-        return bool(
-            evidence_grid.seen_free(self._grid, np.array(pose, float), v, omega, WITHIN * self._radius, most) >= most
-        )
+        most, radius = way + CELL, WITHIN * self._radius
+        return bool(evidence_grid.seen_free(self._grid, np.array(pose, float), v, omega, radius, most) >= most)
 
     def _on_known(self, grid: FieldGrid) -> Array:
         """The clearance of the known map at the nodes of a grid; looked up where the window has moved."""
@@ -161,7 +154,7 @@ class LocalMap:
         """Takes the window along."""
         away = pose[:2] - self._grid.middle
         if np.abs(away).max() > SLACK:
-            columns, rows = np.round(away / evidence_grid.CELL).astype(int).tolist()
+            columns, rows = np.round(away / CELL).astype(int).tolist()
             self._grid = self._grid.moved(columns, rows)
 
 
@@ -198,13 +191,13 @@ class MappingLocalizer(MatchingLocalizer):
     def frame(self) -> Array:
         """The covariance (6,) of the frame of the latest scan, at the origin."""
         past = self._pose.past
-        to_origin = at_origin(past.mean)
-        return (self._matched + to_origin @ past.covariance @ to_origin.T)[evidence_grid.UPPER]
+        to_origin = error_at(-past.mean[:2])
+        return (self._matched + to_origin @ past.covariance @ to_origin.T)[UPPER]
 
     def update(self, reading: Reading) -> RobotBelief:
         """The belief after one more reading; the covariance has the frame's."""
         belief = super().update(reading)
-        from_origin = at_origin(-belief.mean)
+        from_origin = error_at(belief.mean[:2])
         covariance = symmetrised(belief.covariance + from_origin @ self._matched @ from_origin.T)
         self._belief = replace(belief, covariance=covariance)
         return self._belief
@@ -224,12 +217,5 @@ class MappingLocalizer(MatchingLocalizer):
 
         match = best_match(equations, len(points) if surfels else 0, guess, self._inflation)
         if surfels and match.explained > 0.0:
-            self._matched[evidence_grid.UPPER] = self._matched.T[evidence_grid.UPPER] = frame_error(
-                surfels, points, match.pose
-            )
+            self._matched[UPPER] = self._matched.T[UPPER] = frame_error(surfels, points, match.pose)
         return match
-
-
-def at_origin(pose: Array) -> Array:
-    """A (3, 3), which takes a small error of a `pose` (3,) to the error of its frame at the origin."""
-    return np.array([[1.0, 0.0, pose[1]], [0.0, 1.0, -pose[0]], [0.0, 0.0, 1.0]])

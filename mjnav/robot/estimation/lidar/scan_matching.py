@@ -304,7 +304,6 @@ class MatchingLocalizer(PoseEstimator):
         self._lidar, self._noise = lidar, noise
         self._centre, variance = weighted_law(noise)
         self._inflation = variance * INFLATION
-        self._reach = reach_of(lidar, noise)
         self._blind = np.zeros(2, int)  # intervals in a row in which v and omega were not measured
         self._history = MotionHistory(twists)
         self._pose = DelayedPose(start, (0.0 if lidar.rate is None else 1.0 / lidar.rate) + SLACK)
@@ -369,6 +368,7 @@ class MatchingLocalizer(PoseEstimator):
         return True
 
     def _match(self, points: Array, std: Array, guess: Array) -> ScanMatch:
+        """How points lie best on what is known, from a guessed pose (3,) on; each localizer knows something else."""
         raise NotImplementedError
 
     def _elsewhere(self, points: Array, std: Array, match: ScanMatch, taken: bool) -> ScanMatch | None:
@@ -409,6 +409,7 @@ class ScanMatchingLocalizer(MatchingLocalizer):
         else:
             past = Gaussian(np.array([*start[:2], wrap(start[2])]), np.diag(np.square(START_STD)))
         super().__init__(search.field.lidar, search.field.noise, twists, past, num_particles, seed)
+        self._reach = reach_of(self._lidar, self._noise)
         self._searching = stream(seed, "estimation.search")
 
     @classmethod

@@ -45,7 +45,7 @@ from mjnav.geometry.distance_field import DistanceField
 from mjnav.geometry.distances import widest_std
 from mjnav.messages import Array, Detection, Reading, RobotBelief, Track
 from mjnav.rng import stream
-from mjnav.robot.estimation.base import DRAWS, HEADING, NO_BELIEF
+from mjnav.robot.estimation.base import DRAWS, HEADING, NO_BELIEF, error_at
 from mjnav.robot.estimation.kalman import KalmanPersonFilter
 from mjnav.robot.estimation.lidar.detector import Detector, ScanDetections
 from mjnav.robot.estimation.tracker import PersonFilter
@@ -173,8 +173,7 @@ class FrameError:
         return self.errors @ self._by_pose(position).T
 
     def _by_pose(self, position: Array) -> Array:
-        x, y = (position - self.place).tolist()
-        return np.array([[1.0, 0.0, -y], [0.0, 1.0, x]])
+        return error_at(position - self.place)[:2]
 
 
 # ------------------------------------------------------------------------------------------ tracker

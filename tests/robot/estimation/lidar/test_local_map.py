@@ -7,7 +7,7 @@ import pytest
 
 import mjnav
 from mjnav.errors import InvalidValue
-from mjnav.robot.estimation.lidar.local_map import at_origin
+from mjnav.robot.estimation.base import error_at
 from mjnav.scene.ways import floor_of_lidar
 
 MAPLESS = {
@@ -64,9 +64,9 @@ def test_an_error_of_a_pose_is_that_of_its_frame_seen_from_the_origin():
         c, s = np.cos(at[2]), np.sin(at[2])
         return at[:2] + of @ np.array([[c, s], [-s, c]])
 
-    expected = placed(at_origin(pose) @ error, placed(pose, point))
+    expected = placed(error_at(-pose[:2]) @ error, placed(pose, point))
     np.testing.assert_allclose(placed(pose + error, point), expected, atol=1e-11)
-    np.testing.assert_allclose(at_origin(-pose) @ at_origin(pose), np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(error_at(pose[:2]) @ error_at(-pose[:2]), np.eye(3), atol=1e-15)
 
 
 def test_what_is_drawn_stands_there_and_nobody_who_walked_by_is_left(driven):
