@@ -1,6 +1,6 @@
 """BARN's worlds (Perille et al. 2020) by the challenge's protocol and score, world by world, for several methods.
 
-    python benchmarks/barn.py FOLDER [--method NAME ...] [--seeds N] [--told] [--no-route] [--worlds N ...]
+    python benchmarks/barn.py FOLDER [--method NAME ...] [--seeds N] [--told] [--no-route] [--worlds N ...] [--set KEY=VALUE]
 
 FOLDER has world_N.world, and path_N.npy, the published reference path, beside each. From (-2.25, 3) towards a goal 10 m
 ahead, which is reached within 1 m, in 100 s, at 2 m/s at most. The clock starts after 0.1 m. With T_o = path / 2 m/s,
@@ -25,6 +25,7 @@ from pathlib import Path
 import numpy as np
 
 import mjnav
+from mjnav.scene.overrides import Override
 
 START, GOAL = [-2.25, 3.0, np.pi / 2.0], [-2.25, 13.0]
 FAST = {"robot.max_speed": 2.0, "robot.preferred_speed": 2.0, "robot.max_acceleration": 2.0}
@@ -47,10 +48,11 @@ def path_length(file: Path) -> float:
     return float(np.hypot(*np.diff(points, axis=0).T).sum())
 
 
-def drive(world: Path, method: str, seed: int, told: bool, route: bool) -> tuple[str, float]:
+def drive(world: Path, method: str, seed: int, told: bool, route: bool, more: list[str]) -> tuple[str, float]:
     """The outcome of a run, and its time [s] on the challenge's clock."""
     overrides = {**PROTOCOL, **(ROUTE if route else {}), **({} if told else LIDAR)}
-    result = mjnav.run(mjnav.load_scenario(str(world), overrides, controller=method, seed=seed), log=False)
+    given = [*(Override(*item) for item in overrides.items()), *more]
+    result = mjnav.run(mjnav.load_scenario(str(world), given, controller=method, seed=seed), log=False)
     away = np.hypot(*(result.trajectory.robot_pose[:, :2] - START[:2]).T)
     begun = result.trajectory.time[int(np.argmax(away > MOVED))]
     return result.summary["outcome"], float(result.summary["time_s"] - begun)
@@ -65,6 +67,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--told", action="store_true", help="with the exact map and a pose sensor")
     parser.add_argument("--no-route", action="store_true", help="methods drive straight to the goal")
+    parser.add_argument("--set", action="append", default=[], help="any key of the run file, KEY=VALUE")
     parser.add_argument("--workers", type=int, default=cpu_count())
     options = parser.parse_args()
     found = {int(re.findall(r"\d+", file.stem)[-1]): file for file in options.folder.glob("world_*.world")}
@@ -73,7 +76,10 @@ def main() -> None:
     jobs = list(product(options.method, worlds, range(1, options.seeds + 1)))
     with ProcessPoolExecutor(options.workers, get_context("spawn")) as pool:
         runs = pool.map(
-            drive, *zip(*((worlds[n], m, s, options.told, not options.no_route) for m, n, s in jobs), strict=True)
+            drive,
+            *zip(
+                *((worlds[n], m, s, options.told, not options.no_route, options.set) for m, n, s in jobs), strict=True
+            ),
         )
         rows = [(m, n, outcome, time) for (m, n, _), (outcome, time) in zip(jobs, runs, strict=True)]
     print("method       world  success  collision  time-out  time [s]  score  score to 2024")

@@ -174,13 +174,24 @@ class RobotLimits:
     max_turn_acceleration: float = 3.0
     radius: float = 0.22
     track_width: float = TRACK_WIDTH  # that counts in turns: more than it measures where wheels skid
+    cover: tuple[tuple[float, float], ...] = ()  # discs of a long body: [m] ahead of the centre, radius [m]; () is one
 
     def __post_init__(self):
-        for name in (name for name in self.__slots__ if name != "min_speed"):
+        for name in (name for name in self.__slots__ if name not in ("min_speed", "cover")):
             if not number(name, getattr(self, name)) > 0.0:
                 raise InvalidValue(name, getattr(self, name), "a finite number > 0")
         if not number("min_speed", self.min_speed) < self.max_speed:
             raise InvalidValue("min_speed", self.min_speed, f"a number below max_speed ({self.max_speed})")
+
+    @property
+    def discs(self) -> tuple[tuple[float, float], ...]:
+        """The discs that the body is, each how far ahead of the centre [m], and its radius [m]."""
+        return self.cover or ((0.0, self.radius),)
+
+    @property
+    def half_width(self) -> float:
+        """What fits through a gap along its axis [m]: the radius of the widest of the discs."""
+        return max(radius for _, radius in self.discs)
 
 
 @dataclass(frozen=True, slots=True, repr=False)

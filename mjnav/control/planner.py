@@ -174,7 +174,7 @@ class Planner(ProblemController[P]):
     def way_field(self, known: KnownMap | None, goal: Array, start: Array) -> WayField:
         """The way left to `goal` (2,) from about `start` (2,) past what the map knows; straight without a map."""
         floor = Floor(np.zeros((0, 3)), np.zeros((0, 6))) if known is None else floor_of_map(known)
-        return WayField.of(floor, goal, self.limits.radius + self.parameters.safety_margin, start[None])
+        return WayField.of(floor, goal, self.limits.half_width + self.parameters.safety_margin, start[None])
 
 
 def _ways_left(way: WayGrid, pose: Array, x: Array, y: Array) -> tuple[Array, Array, Array]:

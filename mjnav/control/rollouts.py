@@ -102,6 +102,14 @@ class Rollouts:
         _drive(headings, x, y, controls[0], controls[1], step)
         return cls(controls, x[1:], y[1:], headings[1:], step)
 
+    def of_disc(self, ahead: float, heading: float) -> "Rollouts":
+        """The paths of a point `ahead` [m] of the centre, each from that point's place at the start's `heading`."""
+        if ahead == 0.0:
+            return self
+        x = self.x + ahead * (np.cos(self.heading) - np.cos(heading))
+        y = self.y + ahead * (np.sin(self.heading) - np.sin(heading))
+        return Rollouts(self.controls, x, y, self.heading, self.step)
+
     def between(self, parts: int) -> tuple[Array, Array]:
         """x and y (parts T, K) at the ends of so many equal parts of each step, straight on from end to end."""
         if parts == 1:

@@ -98,7 +98,17 @@ def clearance(trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:
     the robot, do not count. NaN for a person in steps in which they are not there; of a step in which they come or go,
     the end at which they are there counts.
     """
-    route = trajectory.robot_pose[:, :2]
+    (x, y, heading), discs = trajectory.robot_pose.T, scenario.robot.limits.discs
+    axis = np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    routes = [(np.stack([x, y], axis=1) + ahead * axis, radius) for ahead, radius in discs]
+    of_discs = [
+        {name: gap - radius for name, gap in _gaps(route, trajectory, scenario).items()} for route, radius in routes
+    ]
+    return {name: np.min([found[name] for found in of_discs], axis=0) for name in of_discs[0]}
+
+
+def _gaps(route: Array, trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:
+    """The same of a point of the robot that moves along `route` (T + 1, 2)."""
     found: dict[str, Array] = {}
     radius = people_radius(trajectory, scenario)
     for i in range(len(scenario.people)):
@@ -112,7 +122,7 @@ def clearance(trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:
         found[f"pillar{i}"] = _disc_distance(route - pillar.position) - pillar.radius
     for i, wall in enumerate(scenario.walls):
         found[f"wall{i}"] = wall_distance(route, wall)
-    return {name: distance - scenario.robot.radius for name, distance in found.items()}
+    return found
 
 
 def people_radius(trajectory: Trajectory, scenario: Scenario) -> Array:

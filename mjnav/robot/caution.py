@@ -141,7 +141,7 @@ class Caution:
             slower = float(part) * v
             until = max(abs(slower), abs(before)) * delay
             needed = slower * slower / (2.0 * self._limits.max_acceleration) + until
-            if space.free_way(belief.time, slower, omega, self._limits.radius) < needed:
+            if space.free_way(belief.time, slower, omega, self._limits.discs) < needed:
                 continue
             if self._local is None or self._local.is_free(belief.mean, slower, omega, needed):
                 return slower

@@ -12,7 +12,7 @@ the lidar's field of view. Next to one another such beams leave a gap of angle g
 unseen from the distance HIDDEN / sin(g / 2) on. There the gap counts as an obstacle.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import repeat
 
@@ -184,10 +184,10 @@ class SeenSpace:
         """Of the last beam of the latest scan [s]; infinite before the first."""
         return np.inf if self._seen is None else now - self._seen.newest
 
-    def free_way(self, now: float, v: float, omega: float, radius: float) -> float:
-        """How far a disc of `radius` gets along the arc of (v, omega) before it meets what was seen, or a gap [m].
+    def free_way(self, now: float, v: float, omega: float, discs: Iterable[tuple[float, float]]) -> float:
+        """How far the robot gets along the arc of (v, omega) until a disc of its meets what was seen, or a gap [m].
 
-        From where the robot is now; infinite where nothing is on its way, 0 before the first scan.
+        From where it is now; infinite where nothing is on its way, 0 before the first scan.
         """
         if self._seen is None:
             return 0.0
@@ -196,7 +196,7 @@ class SeenSpace:
             x, y, heading = self._history.poses(np.array([self._seen.time]), now)[0]
             c, s = np.cos(heading), np.sin(heading)
             points = np.array([x, y]) + points @ np.array([[c, s], [-s, c]])
-        return free_arc(points, v, omega, radius)
+        return min(free_arc(points, v, omega, radius, ahead) for ahead, radius in discs)
 
     def _gaps(self, blind: NDArray[np.bool_]) -> Array:
         """Points (k, 2) in the robot's frame at which bodies may stand unseen, one for each beam that saw nothing."""
@@ -224,8 +224,10 @@ def _run_lengths(flags: NDArray[np.bool_]) -> NDArray[np.int_]:
     return np.roll(lengths, first)
 
 
-def free_arc(points: Array, v: float, omega: float, radius: float) -> float:
-    """How far a disc around the origin gets along the arc of (v, omega) before SUPPORT points (n, 2) are in it [m].
+def free_arc(points: Array, v: float, omega: float, radius: float, ahead: float = 0.0) -> float:
+    """How far the origin gets along the arc of (v, omega) before SUPPORT points (n, 2) are in a disc [m].
+
+    The disc is `ahead` [m] of the origin, where it has the velocity (v, ahead omega): that is an arc of its own.
 
     With k = omega / |v| and the points turned so that the disc starts along +x: about the arc's centre (0, 1/k) a point
     lies at the distance rho and, in the sense of the motion, the angle alpha. The disc's centre moves at r = 1/|k|, and
@@ -237,6 +239,11 @@ def free_arc(points: Array, v: float, omega: float, radius: float) -> float:
     """
     if v == 0.0 or len(points) < SUPPORT:
         return np.inf
+    if ahead != 0.0:
+        speed = np.hypot(v, ahead * omega)
+        c, s = np.array([v, ahead * omega]) / speed
+        turned = (points - (ahead, 0.0)) @ np.array([[c, -s], [s, c]])
+        return free_arc(turned, speed, omega, radius) * abs(v) / speed
     x, y = (points if v > 0.0 else -points).T
     curvature = omega / abs(v)
     within = x * x + y * y < radius * radius

@@ -119,7 +119,7 @@ class Wayfinder:
     ) -> None:
         floor = floor_of_map(known)
         self._floor = Floor(np.concatenate([floor.discs, standing]), floor.boxes)
-        radius = self._limits.radius
+        radius = self._limits.half_width
         dear = {} if unseen is None else {"unseen": unseen, "factor": self._route.unknown}
         self._field = field = WayField.of(self._floor, goal, radius, pose[None, :2], soft=self._route.clearance, **dear)
         grid, number = field.grid, 0 if self._way is None else self._way.number + 1
@@ -163,7 +163,7 @@ class Wayfinder:
         goal, at, found = self._way.point, position, None
         for _ in range(int(np.ceil(self._route.ahead / STEP))):
             at = goal if np.hypot(*(goal - at)) <= STEP else at + STEP * self._field.direction(at)[0]
-            if found is None or self._floor.blocking(position, at, self._limits.radius) is None:
+            if found is None or self._floor.blocking(position, at, self._limits.half_width) is None:
                 found = at
             if at is goal:
                 break

@@ -21,6 +21,7 @@ controls touches nothing.
 
 from bisect import bisect_left
 from itertools import combinations, pairwise, product
+from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,16 +114,16 @@ def check_robot_way(scenario: Scenario) -> None:
     Each point counts as reached within the goal's tolerance. A gap that is up to 0.1 m too narrow for the robot is let
     pass: the grid does not tell it from one that is wide enough.
     """
-    robot = scenario.robot
+    robot, half_width = scenario.robot, scenario.robot.limits.half_width
     points = [robot.start[:2], *robot.route]
     bodies = met_by_robot(scenario.walls, scenario.tables, scenario.pillars)
-    strips = [Strip(start, end, 0.0, robot.radius) for start, end in pairwise(points)]
+    strips = [Strip(start, end, 0.0, half_width) for start, end in pairwise(points)]
     if not any(strip.meets(body) for strip in strips for body in bodies):
         return
-    cut_off = _space(scenario).first_cut_off(points, robot.radius, tolerance=robot.goal_tolerance)
+    cut_off = _space(scenario).first_cut_off(points, half_width, tolerance=robot.goal_tolerance)
     if cut_off is not None:
         place = max(cut_off, 1) - 1
-        allowed = f"a point to which a way leads from {points[0]}, {robot.radius:g} m clear of walls, legs and pillars"
+        allowed = f"a point to which a way leads from {points[0]}, {half_width:g} m clear of walls, legs and pillars"
         raise InvalidValue(robot.route_key(place), robot.route[place], allowed)
 
 
@@ -133,7 +134,7 @@ def robot_has_a_way(scenario: Scenario, room: float = 0.0) -> bool:
     """
     robot = scenario.robot
     points = [robot.start[:2], *robot.route]
-    return _space(scenario).connects(points, robot.radius + room, tolerance=robot.goal_tolerance)
+    return _space(scenario).connects(points, robot.limits.half_width + room, tolerance=robot.goal_tolerance)
 
 
 def _space(scenario: Scenario) -> FreeSpace:
@@ -176,16 +177,20 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
     if routes:
         check_routes(scenario)
     check_trips(scenario)
-    body = Disc("robot", robot.start[:2], robot.radius)
+    x, y, heading = robot.start
+    body = [
+        Disc("robot", (x + ahead * cos(heading), y + ahead * sin(heading)), radius)
+        for ahead, radius in robot.limits.discs
+    ]
     there = [disc for disc, person in zip(people, scenario.people, strict=True) if person.from_the_start]
     met = met_by_robot(scenario.walls, scenario.tables, scenario.pillars)
-    for other in (*met, *there):
-        _keep_apart(body, other, "robot.start", robot.start)
+    for disc, other in product(body, (*met, *there)):
+        _keep_apart(disc, other, "robot.start", robot.start)
     check_kidnappings(scenario.faults, robot.radius, met)
     for i, point in enumerate(robot.route):
         for other in met:
             room = other.distance(point)
-            if room <= 0.0 or room + robot.goal_tolerance < robot.radius:
+            if room <= 0.0 or room + robot.goal_tolerance < robot.limits.half_width:
                 allowed = f"a point that the robot can reach to {robot.goal_tolerance:g} m, clear of {other.key}"
                 raise InvalidValue(robot.route_key(i), point, allowed)
 

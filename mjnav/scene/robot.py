@@ -11,6 +11,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
+from math import hypot
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -46,6 +47,16 @@ class Base(Settled):
         return Drive(self.wheel_radius, self.turn_factor * self.track_width)
 
 
+def covering(length: float, width: float, num: int) -> tuple[tuple[float, float], ...]:
+    """The smallest `num` like discs in a row that cover a box: how far ahead of its centre each is, and its radius [m].
+
+    Each covers a part of the box, length / num by width, as the circle around it.
+    """
+    part = length / num
+    radius = hypot(0.5 * part, 0.5 * width)
+    return tuple((part * (i + 0.5) - 0.5 * length, radius) for i in range(num))
+
+
 @dataclass(frozen=True, slots=True)
 class LidarPlace(Settled):
     """The lidar that a robot usually has."""
@@ -69,6 +80,7 @@ class RobotFile(Base):
         )),
         "keys of the run file's [robot], where it says nothing else",
     ] = field(default_factory=dict)  # fmt: skip
+    footprint: Annotated[tuple[float, float] | None, "the run file's robot.footprint"] = None
     lidar: LidarPlace | None = None
 
 
@@ -114,6 +126,8 @@ def put_robot(document: dict[str, Any], folder: Path | None) -> None:
         raise InvalidValue("robot.model", name, f"a robot's file that can be read ({error})") from None
     for key, value in found.robot.items():
         robot.setdefault(key, value)
+    if found.footprint is not None:
+        robot.setdefault("footprint", list(found.footprint))
     drive = {one.name: getattr(found, one.name) for one in fields(Base)}
     robot["base"] = {**drive, "mjcf": mjcf}
     with below("sensors"):

@@ -5,6 +5,7 @@ Field names are the run file's keys, but `start` and `end` of a wall, which the 
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from math import hypot
 from types import MappingProxyType
 from typing import Annotated, Any
 
@@ -26,13 +27,14 @@ from mjnav.scene.people import BEHAVIOURS, ConstantVelocity, Orca, Person, Socia
 from mjnav.scene.prediction import Prediction
 from mjnav.scene.published import Published
 from mjnav.scene.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, MAX_WALLS, Angle, Coordinate, Point, Rate, Seed, Size
-from mjnav.scene.robot import OWN, Base
+from mjnav.scene.robot import OWN, Base, covering
 from mjnav.scene.route import Route
 from mjnav.scene.sensors import Sensors
 from mjnav.settings import Beside, Choice, Length, Named, Range, Settled, Text, below, settle
 from mjnav.settings.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin, placed
 
 _PREFERRED_SPEED = 0.8  # [m/s]
+_ROUNDED = 1e-3  # [m] by which a footprint may be longer than the round body, as radii are given to a millimetre
 OWN_RADIUS = 0.2  # [m]
 ENGINES: Mapping[str, str] = MappingProxyType(
     {
@@ -71,6 +73,8 @@ class Robot(Settled):
     max_acceleration: Annotated[float, Range(0.01, 100.0, "m/s²"), "of commands, also to brake"] = 1.0
     max_turn_acceleration: Annotated[float, Range(0.01, 1000.0, "rad/s²"), "of commands"] = 3.0
     radius: Annotated[float, Range(0.1, 0.5, "m"), "of the round body; from 0.2 m on for mjnav's own"] = 0.22
+    footprint: Annotated[tuple[Size, Size] | None, "length and width of a box that is within the round body"] = None
+    discs: Annotated[int, Range(1, 20), "in a row, that cover the footprint and are the body; 1: the round body"] = 1
     model: Annotated[str, "a robot that `mjnav list robots` prints, or the path of a robot's file, .toml"] = OWN
     base: Annotated[Base | None, "of a robot that is not mjnav's own; loading the file puts it here"] = None
 
@@ -81,6 +85,13 @@ class Robot(Settled):
             raise InvalidValue("waypoints", self.waypoints, "goal or waypoints, not both")
         if self.base is None and self.radius < OWN_RADIUS:
             raise InvalidValue("radius", self.radius, f"at least {OWN_RADIUS:g} m: mjnav's robot has its wheels inside")
+        if self.footprint is not None and self.base is None:
+            raise InvalidValue("footprint", self.footprint, "nothing: mjnav's own robot is round")
+        if self.discs > 1 and self.footprint is None:
+            raise InvalidValue("discs", self.discs, "1, or more with a footprint = [length, width] that they cover")
+        if self.footprint is not None and hypot(*self.footprint) > 2.0 * self.radius + _ROUNDED:
+            allowed = f"a box within the round body, at most {2.0 * self.radius:g} m from corner to corner"
+            raise InvalidValue("footprint", self.footprint, allowed)
         limits = self.limits  # checks what lies between them
         Range(0.01, limits.max_speed, "m/s").check("preferred_speed", self.preferred_speed)
 
@@ -114,6 +125,7 @@ class Robot(Settled):
             max_turn_acceleration=self.max_turn_acceleration,
             radius=self.radius,
             track_width=self.drive.track_width,
+            cover=() if self.discs == 1 or self.footprint is None else covering(*self.footprint, self.discs),
         )
 
 

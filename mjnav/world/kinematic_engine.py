@@ -2,7 +2,8 @@
 
 It is fast, and the setting of the paper that `mjnav.paper` measures again. Bodies never come closer to anything than
 touching. In each step people move first, in their order, then the robot. A person whose way is blocked slides along
-what blocks it, or else stays for that step. A robot whose way is blocked stays, and may still turn.
+what blocks it, or else stays for that step. A robot whose way is blocked stays, and may still turn, unless it is of
+several discs and one of them meets something in turning.
 """
 
 import numpy as np
@@ -57,11 +58,12 @@ def in_reach(people, room, discs, boxes):
 
 
 @exact
-def step_people(people, desired, robot, robot_radius, discs, boxes, timestep, nearby, first_touch, step):
+def step_people(people, desired, robot, discs, boxes, timestep, nearby, first_touch, step):
     """Moves people (P, 5), x, y, vx, vy, radius, in place; NaN is somebody who is not there.
 
-    `nearby` is what they may meet, of `in_reach`. first_touch (P + ...,) receives `step` for each person who met the
-    robot for the first time. Returns whether some overlapped and were moved apart, beyond the way that they wanted.
+    `robot` (C, 3) are its discs, `nearby` is what people may meet, of `in_reach`. first_touch (P + ...,) receives
+    `step` for each person who met the robot for the first time. Returns whether some overlapped and were moved apart,
+    beyond the way that they wanted.
     """
     overlap, num_people = False, len(people)
     for i in range(num_people):
@@ -70,7 +72,7 @@ def step_people(people, desired, robot, robot_radius, discs, boxes, timestep, ne
         dx, dy = desired[i, 0] * timestep, desired[i, 1] * timestep
         people[i, 2], people[i, 3] = 0.0, 0.0
         for attempt in range(TRIES):
-            nx, ny, robot_met = _obstacle(i, dx, dy, people, robot, robot_radius, discs, boxes, nearby[i])
+            nx, ny, robot_met = _obstacle(i, dx, dy, people, robot, discs, boxes, nearby[i])
             if robot_met and first_touch[i] < 0:
                 first_touch[i] = step
             if nx == 0.0 and ny == 0.0:
@@ -89,12 +91,12 @@ def step_people(people, desired, robot, robot_radius, discs, boxes, timestep, ne
             if abs(x) < reach and abs(y) < reach and np.hypot(x, y) < reach - 1e-9:
                 overlap = True
     if overlap:
-        _step_apart(people, robot, robot_radius, discs, boxes, timestep)
+        _step_apart(people, robot, discs, boxes, timestep)
     return overlap
 
 
 @exact
-def _step_apart(people, robot, robot_radius, discs, boxes, timestep):
+def _step_apart(people, robot, discs, boxes, timestep):
     """People who overlap, as some do at the start, go apart along the line of centres as far as there is room.
 
     Each goes half of the overlap, at APART at most. Two at one point go along y, the first of them to the right of x.
@@ -110,14 +112,14 @@ def _step_apart(people, robot, robot_radius, discs, boxes, timestep):
             x, y = (x / distance, y / distance) if distance > 0.0 else (0.0, 1.0)
             share = min(0.5 * missing, APART * timestep)
             for who, sign in ((i, share), (j, -share)):
-                nx, ny, _ = _obstacle(who, sign * x, sign * y, people, robot, robot_radius, discs, boxes, nearby[who])
+                nx, ny, _ = _obstacle(who, sign * x, sign * y, people, robot, discs, boxes, nearby[who])
                 if nx == 0.0 and ny == 0.0:
                     people[who, 0] += sign * x
                     people[who, 1] += sign * y
 
 
 @exact
-def _obstacle(i, dx, dy, people, robot, robot_radius, discs, boxes, nearby):
+def _obstacle(i, dx, dy, people, robot, discs, boxes, nearby):
     """What of all that is `nearby` person i would come closer to than touching by moving (dx, dy).
 
     The unit vector towards it, of several towards the one that the person would overlap most; (0, 0) where the way is
@@ -126,8 +128,8 @@ def _obstacle(i, dx, dy, people, robot, robot_radius, discs, boxes, nearby):
     x, y, radius = people[i, 0], people[i, 1], people[i, 4]
     nx, ny, deepest, robot_met = 0.0, 0.0, 0.0, False
     num_people, num_discs = len(people), len(discs)
-    for place in range(-1, len(nearby)):
-        j = -1 if place < 0 else nearby[place]
+    for place in range(-len(robot), len(nearby)):
+        j = place if place < 0 else nearby[place]
         if place >= 0 and j < 0:
             break
         if j >= num_people + num_discs:
@@ -138,7 +140,7 @@ def _obstacle(i, dx, dy, people, robot, robot_radius, discs, boxes, nearby):
                 nx, ny, deepest = -away_x, -away_y, missing
             continue
         if j < 0:
-            cx, cy, reach = robot[0], robot[1], radius + robot_radius
+            cx, cy, reach = robot[j, 0], robot[j, 1], radius + robot[j, 2]
         elif j < num_people:
             cx, cy, reach = people[j, 0], people[j, 1], radius + people[j, 4]
         else:
@@ -155,9 +157,49 @@ def _obstacle(i, dx, dy, people, robot, robot_radius, discs, boxes, nearby):
 
 
 @exact
+def _stand(body: Matrix, cover: Matrix, x: float, y: float, yaw: float):
+    """The robot's discs (C, 3), x, y, radius, of its `cover` (C, 2), how far ahead and radius."""
+    for c in range(len(cover)):
+        body[c, 0], body[c, 1] = x + cover[c, 0] * np.cos(yaw), y + cover[c, 0] * np.sin(yaw)
+        body[c, 2] = cover[c, 1]
+
+
+@exact
+def _meets(body: Matrix, after: Matrix, people: Matrix, discs: Matrix, boxes: Matrix, first_touch: Indices, step: int):
+    """Whether a disc of the robot (C, 3) comes closer to what it overlaps `after` a move.
+
+    first_touch (P + n + m,) receives `step` for each person, disc and box that it meets for the first time.
+    """
+    met = False
+    for c in range(len(body)):
+        x, y, radius, new_x, new_y = body[c, 0], body[c, 1], body[c, 2], after[c, 0], after[c, 1]
+        for j in range(len(people) + len(discs)):
+            k = j - len(people)
+            cx, cy, other = (
+                (people[j, 0], people[j, 1], people[j, 4]) if k < 0 else (discs[k, 0], discs[k, 1], discs[k, 2])
+            )
+            if not (abs(new_x - cx) < radius + other and abs(new_y - cy) < radius + other):
+                continue
+            distance = np.hypot(new_x - cx, new_y - cy)
+            if distance < radius + other and distance < np.hypot(x - cx, y - cy):
+                met = True
+                if first_touch[j] < 0:
+                    first_touch[j] = step
+        for j in range(len(boxes)):
+            distance = box_distance(new_x, new_y, boxes[j])
+            if distance < radius and distance < box_distance(x, y, boxes[j]):
+                met = True
+                if first_touch[len(people) + len(discs) + j] < 0:
+                    first_touch[len(people) + len(discs) + j] = step
+    return met
+
+
+@exact
 def step_robot(
     robot: Vector,
-    radius: float,
+    body: Matrix,
+    after: Matrix,
+    cover: Matrix,
     people: Matrix,
     discs: Matrix,
     boxes: Matrix,
@@ -170,34 +212,22 @@ def step_robot(
 ):
     """Moves the robot (7,), x, y, yaw, wheel angles, v, omega, in place; `wheel` is wheel speed per v and per omega.
 
-    first_touch (P + n + m,) receives `step` for each person, disc and box that it meets for the first time.
+    `body` (C, 3) are its discs before and, when it has moved, after; `after` is memory for as many.
     """
     x, y, half = robot[0], robot[1], 0.5 * omega * timestep
     # The unicycle's exact arc, as in mjnav.motion.unicycle.
     chord = v * timestep * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
     new_x, new_y = x + chord * np.cos(robot[2] + half), y + chord * np.sin(robot[2] + half)
-    blocked = False
-    for j in range(len(people) + len(discs)):
-        k = j - len(people)
-        cx, cy, other = (people[j, 0], people[j, 1], people[j, 4]) if k < 0 else (discs[k, 0], discs[k, 1], discs[k, 2])
-        if not (abs(new_x - cx) < radius + other and abs(new_y - cy) < radius + other):
-            continue
-        distance = np.hypot(new_x - cx, new_y - cy)
-        if distance < radius + other and distance < np.hypot(x - cx, y - cy):
-            blocked = True
-            if first_touch[j] < 0:
-                first_touch[j] = step
-    for j in range(len(boxes)):
-        distance = box_distance(new_x, new_y, boxes[j])
-        if distance < radius and distance < box_distance(x, y, boxes[j]):
-            blocked = True
-            if first_touch[len(people) + len(discs) + j] < 0:
-                first_touch[len(people) + len(discs) + j] = step
-    if blocked:
+    _stand(after, cover, new_x, new_y, robot[2] + omega * timestep)
+    if _meets(body, after, people, discs, boxes, first_touch, step):
         v = 0.0
+        _stand(after, cover, x, y, robot[2] + omega * timestep)
+        if _meets(body, after, people, discs, boxes, first_touch, step):
+            omega = 0.0
     else:
         robot[0], robot[1] = new_x, new_y
     robot[2] += omega * timestep
+    _stand(body, cover, robot[0], robot[1], robot[2])
     robot[3] += (v * wheel[0] - omega * wheel[1]) * timestep
     robot[4] += (v * wheel[0] + omega * wheel[1]) * timestep
     robot[5], robot[6] = v, omega
@@ -222,7 +252,7 @@ class KinematicEngine:
         self._robot = np.array([*scenario.robot.start, 0.0, 0.0, 0.0, 0.0])
         self._jump = 0.0  # [rad] of the heading, by teleporting
         self._spun = np.zeros(2)  # [rad] that the wheels turned on the spot
-        self._radius, drive = scenario.robot.radius, scenario.robot.drive
+        self._cover, drive = np.array(scenario.robot.limits.discs), scenario.robot.drive
         self._wheel = drive.wheel_speeds(1.0, 0.0)[0], drive.wheel_speeds(0.0, 1.0)[1]  # [rad/s] per v, per omega
         # x, y, vx, vy, radius
         self._people = np.zeros((len(scenario.people), 5))
@@ -243,7 +273,7 @@ class KinematicEngine:
         touch[:] = -1
         touched = _advance(
             self._robot,
-            self._radius,
+            self._cover,
             self._people,
             self._desired,
             self._plan.discs,
@@ -321,7 +351,7 @@ class KinematicEngine:
 @exact
 def _advance(
     robot: Vector,
-    radius: float,
+    cover: Matrix,
     people: Matrix,
     desired: Matrix,
     discs: Matrix,
@@ -338,9 +368,13 @@ def _advance(
     """
     room = len(twists) * timestep * np.hypot(desired[:, 0], desired[:, 1])
     nearby = in_reach(people, room, discs, boxes)
+    body, after = np.empty((len(cover), 3)), np.empty((len(cover), 3))
+    _stand(body, cover, robot[0], robot[1], robot[2])
     for step in range(len(twists)):
-        if step_people(people, desired, robot, radius, discs, boxes, timestep, nearby, first_touch, step):
+        if step_people(people, desired, body, discs, boxes, timestep, nearby, first_touch, step):
             nearby = in_reach(people, room, discs, boxes)
         v, omega = twists[step, 0], twists[step, 1]
-        step_robot(robot, radius, people, discs, boxes, v, omega, timestep, wheel, first_touch, step)
+        step_robot(
+            robot, body, after, cover, people, discs, boxes, v, omega, timestep, wheel, first_touch, step
+        )  # fmt: skip
     return (first_touch >= 0).any()

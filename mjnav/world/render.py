@@ -238,7 +238,7 @@ class Renderer:
         if fan is not None:
             decoration.draw_fan(scene, fan)
         if plan is not None:
-            decoration.draw_plan(scene, plan, self._scenario.robot.radius, feasible=feasible)
+            decoration.draw_plan(scene, plan, self._scenario.robot.limits.half_width, feasible=feasible)
         picture = np.empty((rectangle.height, rectangle.width, 3), np.uint8)
         with self._context.as_current():
             mujoco.mjr_render(rectangle, scene, drawing)

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from mjnav import load_scenario
 from mjnav.messages import Contact
 from mjnav.metrics import safety
 from mjnav.metrics.progress import ROWS
@@ -122,6 +123,21 @@ def test_inside_a_wall_the_distance_is_minus_the_depth():
 
 def contact(name, time, kind="person"):
     return Contact(kind, name, 1.0, time)
+
+
+def test_the_clearance_of_a_robot_of_discs_is_that_of_the_nearest_of_them():
+    """A Jackal in three discs of 0.17 m, the outer ones 0.14 m from its centre, beside a wall and pillars."""
+    walls = [{"from": [-9.0, 0.6], "to": [9.0, 0.6]}]
+    keys = {"robot.model": "jackal", "robot.discs": 3, "people": [], "walls": walls}
+    pillars = [{"position": [1.0, 0.0], "radius": 0.1}, {"position": [0.3, -1.0], "radius": 0.1}]
+    scenario = load_scenario("crossing1", {**keys, "pillars": pillars})
+    radius = np.hypot(0.07, 0.155)
+    for heading in (0.0, 0.5, np.pi / 2.0):
+        found = safety.clearance(make_trajectory([[0.0, 0.0]], robot_pose=np.array([[0.0, 0.0, heading]])), scenario)
+        at = [ahead * np.array([np.cos(heading), np.sin(heading)]) for ahead in (-0.14, 0.0, 0.14)]
+        assert found["wall0"] == pytest.approx(min(0.55 - y for _, y in at) - radius)
+        for name, place in (("pillar0", (1.0, 0.0)), ("pillar1", (0.3, -1.0))):
+            assert found[name] == pytest.approx(min(np.hypot(*(place - disc)) for disc in at) - 0.1 - radius)
 
 
 def test_a_body_seen_again_within_two_periods_is_the_same_contact():

@@ -1,12 +1,16 @@
 """Robots by name and by file: whose figures hold, what a log keeps, and what is said of a file that is none."""
 
+from math import hypot
+
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import mjnav
 from mjnav.errors import InvalidValue
 from mjnav.scene import dumps, loads
 from mjnav.scene.library import data_folder
-from mjnav.scene.robot import OWN, robots
+from mjnav.scene.robot import OWN, covering, robots
 
 RUN = """
 schema = 1
@@ -120,6 +124,71 @@ def test_what_cannot_be_driven_is_said_before_anything_starts(lab, file, old, ne
     with pytest.raises(InvalidValue) as told:
         mjnav.run(loads(RUN + 'model = "robot.toml"', folder=lab), log=False)
     assert "robot.model" in str(told.value)
+    assert said in str(told.value)
+
+
+@given(st.floats(0.1, 1.0), st.floats(0.1, 1.0), st.integers(1, 20), st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
+def test_every_point_of_a_box_is_in_a_disc_that_covers_it_and_none_could_be_smaller(length, width, num, u, w):
+    discs = covering(length, width, num)
+    assert len(discs) == num
+    gaps = [hypot(u * length - ahead, w * width) - radius for ahead, radius in discs]
+    assert min(gaps) <= 1e-12
+    corner = min(hypot(0.5 * length - ahead, 0.5 * width) - radius for ahead, radius in discs)
+    assert corner == pytest.approx(0.0, abs=1e-12)
+
+
+GAP = """
+[[walls]]
+from = [2.0, 0.24]
+to = [2.0, 2.0]
+[[walls]]
+from = [2.0, -2.0]
+to = [2.0, -0.24]
+"""
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "kinematic"])
+def test_a_robot_of_discs_fits_through_a_gap_for_its_width_and_the_round_one_does_not(engine):
+    """0.48 m between the walls' sides; a Jackal is 0.31 m wide and a circle of 0.52 m."""
+    touched = []
+    for discs in (3, 1):
+        keys = ["robot.model=jackal", f"robot.discs={discs}", f"physics.engine={engine}", "noise.profile=none"]
+        with mjnav.Simulation(loads(RUN + GAP, [*keys, "robot.goal=[4.0, 0.0]"]), log=False) as simulation:
+            for _ in range(60):
+                if not simulation.done:
+                    simulation.step(0.5, 0.0)
+            touched.append({contact.name for contact in simulation.trajectory.contacts})
+    assert touched == [set(), {"wall0", "wall1"}]
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "kinematic"])
+def test_a_robot_of_discs_may_not_turn_into_what_is_beside_it(engine):
+    beside = "[[walls]]\nfrom = [-1.0, 0.27]\nto = [1.0, 0.27]\n"
+    keys = ["robot.model=jackal", "robot.discs=3", f"physics.engine={engine}", "noise.profile=none"]
+    with mjnav.Simulation(loads(RUN + beside, keys), log=False) as simulation:
+        for _ in range(30):
+            if not simulation.done:
+                simulation.step(0.0, 0.5)
+        heading = simulation.truth.robot_pose[2]
+        assert [contact.name for contact in simulation.trajectory.contacts][:1] == ["wall0"]
+    touching = 0.40  # [rad] at which 0.14 sin(a) + 0.17 = 0.22 m, the wall's side
+    assert heading < touching + (0.3 if engine == "mujoco" else 0.05)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["robot.discs=3"], "robot.discs: found 3; allowed: 1, or more with a footprint"),
+        (
+            ["robot.footprint=[0.3, 0.2]"],
+            "robot.footprint: found (0.3, 0.2); allowed: nothing: mjnav's own robot is round",
+        ),
+        (["robot.model=jackal", "robot.footprint=[0.6, 0.3]"], "at most 0.522 m from corner to corner"),
+    ],
+)
+def test_a_footprint_that_cannot_be_is_refused(given, said):
+    with pytest.raises(InvalidValue) as told:
+        run_of(*given)
     assert said in str(told.value)
 
 

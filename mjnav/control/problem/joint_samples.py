@@ -8,6 +8,7 @@ The robot's samples are taken relative to its mean position; those of a lane bou
 samples is beyond it.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,17 +49,38 @@ def lane_excesses(problem: Problem, offsets: Array) -> tuple[tuple[Array, Array]
 
 
 @dataclass(frozen=True, slots=True)
+class Covering:
+    """The discs that the robot is, and where they stand at the start; what is ahead of its centre turns with it."""
+
+    discs: tuple[tuple[float, float], ...]  # [m] ahead of the centre; radius, with the safety margin [m]
+    heading: float  # [rad]
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Covering":
+        """The robot of a problem, at its mean heading."""
+        margin, pose = problem.parameters.safety_margin, problem.mean_pose
+        return cls(tuple((ahead, radius + margin) for ahead, radius in problem.limits.discs), float(pose[2]))
+
+    def paths(self, rollouts: Rollouts) -> Iterator[tuple[Rollouts, Array, float]]:
+        """Of each disc the rollouts from its own place, that place (2,) from the mean position [m], and its radius."""
+        axis = np.array([np.cos(self.heading), np.sin(self.heading)])
+        for ahead, radius in self.discs:
+            yield rollouts.of_disc(ahead, self.heading), ahead * axis, radius
+
+
+@dataclass(frozen=True, slots=True)
 class JointSamples:
     """All samples of an observation, relative to the robot's mean position."""
 
     offsets: Array  # (2, S) [m] of the robot's samples
     moving: tuple[Array, Array]  # x and y (T, B, S) [m] of what moves less the robot's offsets
-    moving_radius: Array  # (B,) [m] R_j
+    moving_radius: Array  # (B,) [m]
     standing: Array  # (W, 4) [m] ax, ay, bx, by of what stands, a point twice for a disc
     standing_radius: Array  # (W,) [m]
     lanes: tuple[tuple[Array, Array], ...]  # (2,) outward normal and (S,) samples of what the robot is beyond by [m]
     times: Array  # (T,) [s] of the ends of all steps
     parts: int  # of each step, at whose ends rollouts are compared with what stands
+    robot: Covering
 
     @classmethod
     def of(cls, problem: Problem, reach: Reach, steps: int, step: float) -> "JointSamples":
@@ -70,33 +92,35 @@ class JointSamples:
         standing = [body for body, goes in zip(near, moves, strict=True) if not goes]
         points = np.array([body.position[0] for body in standing]).reshape(-1, 2) - mean
         walls = (o.walls[list(reach.walls)] - mean).reshape(-1, 4)
-        radius = problem.limits.radius + problem.parameters.safety_margin
         times = step * np.arange(1, steps + 1, dtype=float)
         return cls(
             offsets=offsets,
             moving=_relative_paths(moving, mean, offsets, times),
-            moving_radius=np.array([body.radius + radius for body in moving]),
+            moving_radius=np.array([body.radius for body in moving]),
             standing=np.concatenate([np.hstack([points, points]), walls]),
-            standing_radius=np.concatenate([[body.radius + radius for body in standing], np.full(len(walls), radius)]),
+            standing_radius=np.array([*(body.radius for body in standing), *np.zeros(len(walls))]),
             lanes=lane_excesses(problem, offsets),
             times=times,
             parts=parts_of(problem.limits, step),
+            robot=Covering.of(problem),
         )
 
     def violation(self, rollouts: Rollouts, margin: Array, fading: Array, standing: float) -> Array:
-        """h (K, S) of rollouts of as many steps.
+        """h (K, S) of rollouts of as many steps, of the deepest of the robot's discs.
 
         Of what moves m_t is `margin` (T,) [m] and gamma_t `fading` (T,), of what stands m is `standing` [m].
         """
-        r, ones = rollouts, np.ones(len(self.moving_radius))
-        h = np.zeros((r.x.shape[1], self.offsets.shape[1]))
+        ones = np.ones(len(self.moving_radius))
+        h = np.zeros((rollouts.x.shape[1], self.offsets.shape[1]))
         m = margin[:, None] * ones
-        meet_discs(h, r.x, r.y, *self.moving, self.moving_radius + m, 1.0 / m, fading[:, None] * ones)
-        reach = self.standing_radius + standing
-        if len(reach):
-            meet_walls(h, *r.between(self.parts), *self.offsets, self.standing, reach, standing)
+        (moving_x, moving_y), fall, fade = self.moving, 1.0 / m, fading[:, None] * ones
+        for r, (x, y), radius in self.robot.paths(rollouts):
+            meet_discs(h, r.x, r.y, moving_x - x, moving_y - y, self.moving_radius + radius + m, fall, fade)
+            if len(self.standing):
+                reach, bodies = self.standing_radius + radius + standing, self.standing - (x, y, x, y)
+                meet_walls(h, *r.between(self.parts), *self.offsets, bodies, reach, standing)
         for normal, excess in self.lanes:
-            meet_lane(h, r.x, r.y, normal, excess, standing)
+            meet_lane(h, rollouts.x, rollouts.y, normal, excess, standing)
         return h
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.compile.compiled import Indices, Matrix, Vector, kernel
-from mjnav.control.problem.joint_samples import lane_excesses, robot_offsets
+from mjnav.control.problem.joint_samples import Covering, lane_excesses, robot_offsets
 from mjnav.control.problem.obstacles import Discs, Reach, positions_at
 from mjnav.control.problem.problem import Problem
 from mjnav.control.rollouts import Rollouts
@@ -241,7 +241,7 @@ class Surroundings:
     walls: Array  # (W, 4) [m] ax, ay, bx, by
     columns: list[int]  # of the discs and walls, in Risk.cone
     num_columns: int
-    radius: float  # [m] of the robot, with the safety margin
+    robot: Covering
     lanes: tuple[tuple[Array, Array], ...]  # (2,) outward normal and (N,) samples of what the robot is beyond by [m]
 
     @classmethod
@@ -259,21 +259,24 @@ class Surroundings:
             walls=(o.walls[list(reach.walls)] - mean).reshape(-1, 4),
             columns=[*reach.discs, *(num_discs + w for w in reach.walls)],
             num_columns=num_discs + len(o.walls),
-            radius=problem.limits.radius + problem.parameters.safety_margin,
+            robot=Covering.of(problem),
             lanes=lane_excesses(problem, offsets),
         )
 
     def risk(self, rollouts: Rollouts) -> Risk:
-        """The risk of rollouts here."""
-        r, num_discs, num = rollouts, len(self.disc_radius), rollouts.x.shape[1]
-        time, lane, worst = np.zeros((len(self.columns), num)), np.zeros((2, num)), np.zeros(num)
-        _meet_discs(
-            time[:num_discs], worst, r.x, r.y, *self.offsets, *self.paths, self.start,
-            self.disc_radius + self.radius, r.step,
-        )  # fmt: skip
-        _meet_walls(time[num_discs:], worst, r.x, r.y, *self.offsets, self.walls, self.radius, r.step)
+        """The risk of rollouts here; with each body that of the disc of the robot that has the most."""
+        num_discs, num, (path_x, path_y) = len(self.disc_radius), rollouts.x.shape[1], self.paths
+        times, lane, worst = np.zeros((len(self.columns), num)), np.zeros((2, num)), np.zeros(num)
+        for r, (x, y), radius in self.robot.paths(rollouts):
+            time = np.zeros_like(times)
+            _meet_discs(
+                time[:num_discs], worst, r.x, r.y, *self.offsets, path_x - x, path_y - y, self.start,
+                self.disc_radius + radius, r.step,
+            )  # fmt: skip
+            _meet_walls(time[num_discs:], worst, r.x, r.y, *self.offsets, self.walls - (x, y, x, y), radius, r.step)
+            np.maximum(times, time, out=times)
         for side, (normal, excess) in enumerate(self.lanes):
-            _cross(lane[side], worst, r.x, r.y, normal, excess, r.step)
+            _cross(lane[side], worst, rollouts.x, rollouts.y, normal, excess, rollouts.step)
         cone = np.zeros((num, self.num_columns))
-        cone[:, self.columns] = time.T
+        cone[:, self.columns] = times.T
         return Risk(cone, np.ascontiguousarray(lane.T), worst)

@@ -86,7 +86,8 @@ def _lanes(scenario: Scenario) -> SceneEntity:
 
 def _robot(scenario: Scenario) -> SceneEntity:
     """Fixed in the robot's own frame, which /tf moves."""
-    radius = scenario.robot.radius
+    limits = scenario.robot.limits
+    radius = limits.half_width
     arrow = ArrowPrimitive(
         pose=pose(0.0, 0.0, ROBOT_HEIGHT + 0.02),
         shaft_length=0.6 * radius,
@@ -95,9 +96,8 @@ def _robot(scenario: Scenario) -> SceneEntity:
         head_diameter=0.5 * radius,
         color=_YELLOW,
     )
-    return _entity(
-        "robot", frame=TRUE_FRAME, cylinders=[cylinder(0.0, 0.0, radius, ROBOT_HEIGHT, _BLUE)], arrows=[arrow]
-    )
+    body = [cylinder(ahead, 0.0, own, ROBOT_HEIGHT, _BLUE) for ahead, own in limits.discs]
+    return _entity("robot", frame=TRUE_FRAME, cylinders=body, arrows=[arrow])
 
 
 def _still(scenario: Scenario) -> bytes:
@@ -127,7 +127,7 @@ class SceneEncoder:
 
     def __init__(self, scenario: Scenario):
         self._still = _still(scenario)
-        self._radius = scenario.robot.radius
+        self._radius = scenario.robot.limits.half_width
         self._predicts = scenario.prediction is not None  # by default nothing of it is drawn
         self._radii = [body.radius for body in scenario.people]
         self._people = {f"person{i}" for i in range(len(self._radii))}

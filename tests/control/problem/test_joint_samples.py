@@ -34,11 +34,28 @@ def rollouts_of(problem, num, seed=0):
 
 def literal(problem, rollouts, s, k):
     """h_s(k) = max over j, t of gamma min(2, [R + m - d]_+ / m)."""
-    o, radius, h = problem.observation, problem.limits.radius, 0.0
+    o, radius = problem.observation, problem.limits.radius
+    h = max(of_disc(problem, rollouts, s, k, *disc) for disc in problem.limits.discs)
+    for t in range(STEPS if o.lanes is not None else 0):
+        robot = start_of(o, s) + np.array([rollouts.x[t, k], rollouts.y[t, k]])
+        left = float(lane_distance(robot, o.lanes.left)) + o.lanes.left_offset[s]
+        right = float(lane_distance(robot, o.lanes.right)) + o.lanes.right_offset[s]
+        h = max(h, *(min(2.0, (depth + STANDING) / STANDING) for depth in (left + radius, radius - right)))
+    return h
+
+
+def start_of(o, s):
     heading, drift = o.robot_pose[s, 2], 0.1 * o.control_noise[s, 0]
-    start = o.robot_pose[s, :2] + drift * np.array([np.cos(heading), np.sin(heading)])
+    return o.robot_pose[s, :2] + drift * np.array([np.cos(heading), np.sin(heading)])
+
+
+def of_disc(problem, rollouts, s, k, ahead, radius):
+    """The same of what one disc of the robot, `ahead` of its centre, meets."""
+    o, h, start = problem.observation, 0.0, start_of(problem.observation, s)
     parts = int(np.ceil(STEP * problem.limits.max_speed / 0.25))
     way = np.concatenate([np.zeros((1, 2)), np.stack([rollouts.x[:, k], rollouts.y[:, k]], axis=-1)])
+    heading = np.array([problem.mean_pose[2], *rollouts.heading[:, k]])
+    way = way + ahead * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
     for t in range(STEPS):
         robot = start + way[t + 1]
         on_the_way = [start + way[t] + (way[t + 1] - way[t]) * (i + 1) / parts for i in range(parts)]
@@ -51,16 +68,14 @@ def literal(problem, rollouts, s, k):
         for wall in o.walls:
             depth = radius + 0.03 - min(float(segment_distance(p, *wall)) for p in on_the_way)
             bodies.append((depth, STANDING, 1.0))
-        if o.lanes is not None:
-            left = float(lane_distance(robot, o.lanes.left)) + o.lanes.left_offset[s]
-            right = float(lane_distance(robot, o.lanes.right)) + o.lanes.right_offset[s]
-            bodies += [(left + radius, STANDING, 1.0), (radius - right, STANDING, 1.0)]
         h = max([h, *(gamma * min(2.0, max(0.0, depth + m) / m) for depth, m, gamma in bodies)])
     return h
 
 
+@pytest.mark.parametrize("cover", [(), ((-0.2, 0.15), (0.0, 0.18), (0.25, 0.15))])
 @pytest.mark.parametrize("seed", range(6))
-def test_the_violation_is_the_worst_over_time_and_obstacles_of_each_joint_sample(observe, limits, seed):
+def test_the_violation_is_the_worst_over_time_and_obstacles_of_each_joint_sample(observe, limits, seed, cover):
+    limits = replace(limits, cover=cover)
     o = observe(seed, num_obstacles=4, most=9, num_walls=seed % 3, lanes=seed % 2 == 0, far=3.0)
     first, second, third, fourth = o.obstacles  # M from 1 to 9, the robot has 5 samples
     ahead = np.random.default_rng(seed).normal(size=(len(second.position), 3, 2)) + second.position[:, None]
@@ -79,13 +94,14 @@ def test_among_many_bodies_at_rest_every_one_of_them_counts(alone, limits):
     places = rng.uniform(-6.0, 6.0, (60, 2))
     ends = places + np.where(np.arange(60)[:, None] < 45, 0.0, rng.normal(size=(60, 2)))  # pillars, then walls
     problem, samples = samples_of(o, limits)
-    radii = rng.choice([0.05, 0.15], 60)
+    radii = rng.choice([0.05, 0.15], 60) - limits.radius - 0.03  # less the robot: many are near
     samples = replace(samples, standing=np.hstack([places, ends]), standing_radius=radii)
     rollouts = rollouts_of(problem, 40)
     found = samples.violation(rollouts, MARGIN, FADING, STANDING)
     x, y = rollouts.between(samples.parts)
     at = np.stack([x[..., None] + samples.offsets[0], y[..., None] + samples.offsets[1]], axis=-1)
-    gaps = [segment_distance(at, a, b) - r for a, b, r in zip(places, ends, radii, strict=True)]
+    robot = limits.radius + 0.03
+    gaps = [segment_distance(at, a, b) - r - robot for a, b, r in zip(places, ends, radii, strict=True)]
     expected = np.clip(1.0 - np.min(gaps, axis=(0, 1)) / STANDING, 0.0, 2.0)
     assert found == pytest.approx(expected, abs=1e-9)
     assert 0.1 < (expected > 0.0).mean() < 0.9

@@ -1,5 +1,6 @@
 """The cost of mppi's rollouts, written down a second time."""
 
+from dataclasses import replace
 from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
@@ -35,8 +36,8 @@ def segment(x, y, ends):
 class Literal:
     """One rollout of one observation: its controls, path, and costs, one step and one pair of samples at a time."""
 
-    def __init__(self, observation, parameters, wanted):
-        self.o, self.p = observation, parameters
+    def __init__(self, observation, parameters, wanted, ahead=0.0, radius=LIMITS.radius):
+        self.o, self.p, self.ahead, self.radius = observation, parameters, ahead, radius
         poses = observation.robot_pose
         self.mean = (*poses[:, :2].mean(axis=0), atan2(np.sin(poses[:, 2]).mean(), np.cos(poses[:, 2]).mean()))
         self.controls = self.within_limits(wanted)
@@ -91,22 +92,23 @@ class Literal:
         change = p.speed_change_weight * dv**2 + p.turn_change_weight * domega**2
         return ex**2 + ey**2 + p.heading_weight * (turn(heading - bearing) / pi) ** 2 + change
 
-    def robots(self, t):
-        """Where every sample of the robot is at the end of step t."""
+    def robots(self, t, ahead=0.0):
+        """Where a point `ahead` of the centre of every sample of the robot is at the end of step t."""
         dx, dy = self.path[t][0] - self.mean[0], self.path[t][1] - self.mean[1]
+        dx, dy = dx + ahead * cos(self.path[t][2]), dy + ahead * sin(self.path[t][2])
         for (x, y, heading), (dv, _) in zip(self.o.robot_pose, self.o.control_noise, strict=True):
             yield x + dx + dv * PERIOD * cos(heading), y + dy + dv * PERIOD * sin(heading)
 
     def share(self, column, t):
         kind, j = column
-        margin = LIMITS.radius + self.p.safety_margin
+        margin = self.radius + self.p.safety_margin
         if kind == "wall":
-            hits = [segment(x, y, self.o.walls[j]) < margin for x, y in self.robots(t)]
+            hits = [segment(x, y, self.o.walls[j]) < margin for x, y in self.robots(t, self.ahead)]
         else:
             disc, ahead = self.o.obstacles[j], (t + 1) * self.p.step
             hits = [
                 hypot(x - px - ahead * vx, y - py - ahead * vy) < margin + disc.radius
-                for x, y in self.robots(t)
+                for x, y in self.robots(t, self.ahead)
                 for (px, py), (vx, vy) in zip(disc.position, disc.velocity, strict=True)
             ]
         return sum(hits) / len(hits)
@@ -140,3 +142,20 @@ def test_every_rollout_costs_what_is_written_down(observe, seed, sizes):
         assert found.risk.lane[k] == pytest.approx(literal.lane, abs=1e-12)
         assert found.risk.worst[k] == pytest.approx(literal.worst, abs=1e-12)
         assert found.total[k] == pytest.approx(literal.total)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_with_each_body_the_disc_of_the_robot_counts_that_is_longest_in_collision(observe, seed):
+    o, cover = observe(seed, **CROWDED, lanes=False), ((-0.2, 0.15), (0.25, 0.2))
+    of_discs = replace(LIMITS, cover=cover)
+    controller = make_controller("mppi", of_discs, PERIOD, **SMALL)
+    everything = Reach(tuple(range(len(o.obstacles))), tuple(range(len(o.walls))))
+    wanted = np.random.default_rng(seed).normal([[[0.4]], [[0.0]]], [[[0.6]], [[1.2]]], size=(2, 6, 9))
+    surroundings = Surroundings.of(controller.problem(o), everything, 6, 0.3)
+    found = controller.costs(
+        controller.problem(o), surroundings, ControlLimits.of(o.twist, LIMITS, PERIOD, 0.3), wanted
+    )
+    for k in range(9):
+        literal = [Literal(o, controller.parameters, wanted[:, :, k].T.tolist(), *disc) for disc in cover]
+        assert found.risk.cone[k] == pytest.approx(np.max([one.cone for one in literal], axis=0), abs=1e-12)
+        assert found.risk.worst[k] == pytest.approx(max(one.worst for one in literal), abs=1e-12)

@@ -264,7 +264,9 @@ class RunMap extends Drawing {
     const { run, ink, layers } = this;
     const pose = run.row('pose', frame), radius = run.scene.radius;
     const tick = run.tickOf(frame), estimate = run.row('estimate', tick);
-    this.disc(pose, radius, ink.robot, 0.92);
+    for (const [ahead, own] of run.scene.discs) {
+      this.disc([pose[0] + ahead * Math.cos(pose[2]), pose[1] + ahead * Math.sin(pose[2])], own, ink.robot, 0.92);
+    }
     this.mark(pose, radius * this.scale);
     const nose = [-2.5, 0, 2.5].map((turn) => [
       pose[0] + 0.78 * radius * Math.cos(pose[2] + turn), pose[1] + 0.78 * radius * Math.sin(pose[2] + turn)]);

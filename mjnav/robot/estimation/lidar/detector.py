@@ -120,7 +120,7 @@ class Detector:
         """field: of the map that the robot has; noise: the law that it assumes of each channel."""
         self.field, self._lidar, self._noise = field, lidar, noise["lidar.range"]
         self._history = MotionHistory(TwistSensors.of(noise, limits))
-        self._body = limits.radius - float(np.hypot(*lidar.mount[:2]))  # [m] that the lidar is at least inside it
+        self._body = limits.half_width - float(np.hypot(*lidar.mount[:2]))  # [m] that the lidar is at least inside it
         self._closed = len(lidar.angles) * lidar.step > WHOLE_TURN - 0.5 * lidar.step
 
     @classmethod

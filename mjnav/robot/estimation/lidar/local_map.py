@@ -72,7 +72,7 @@ class LocalMap:
         noise, robot = assumed_noise(scenario), scenario.robot
         self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
         self._history = MotionHistory(TwistSensors.of(noise, robot.limits))
-        self._radius = robot.radius
+        self._radius = robot.limits.half_width
         self._mode = weighted_law(self._noise)[0]
         x, y, _ = robot.start
         self._grid = evidence_grid.EvidenceGrid.around(x, y, min(HALF, self._lidar.max_range + SLACK))
