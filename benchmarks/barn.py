@@ -1,6 +1,7 @@
 """BARN's worlds (Perille et al. 2020) by the challenge's protocol and score, world by world, for several methods.
 
-    python benchmarks/barn.py FOLDER [--method NAME ...] [--seeds N] [--told] [--no-route] [--worlds N ...] [--set KEY=VALUE]
+    python benchmarks/barn.py FOLDER [--method NAME ...] [--seeds N] [--told] [--no-route] [--worlds N ...]
+        [--set KEY=VALUE ...]
 
 FOLDER has world_N.world, and path_N.npy, the published reference path, beside each. From (-2.25, 3) towards a goal 10 m
 ahead, which is reached within 1 m, in 100 s, at 2 m/s at most. The clock starts after 0.1 m. With T_o = path / 2 m/s,
