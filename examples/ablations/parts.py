@@ -1,6 +1,6 @@
 """`rkhs-plan` with one part taken out or put in, for the studies beside this file: what is each part worth?
 
-    mjnav sweep examples/ablations/ablations.toml      # every part
+    mjnav sweep examples/ablations/ablations.toml      # the parts of the planner
     mjnav sweep examples/ablations/hilbert.toml        # the distances, with five samples
     mjnav run hall --controller examples/ablations/parts.py:StraightWay
 
@@ -19,59 +19,31 @@ from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.methods.cvar import conditional_value_at_risk
 from mjnav.control.methods.rkhs_plan import RkhsPlan, RkhsPlanParameters
 from mjnav.control.parameters import LEAST, Count, Positive, Share
-from mjnav.control.planner import Options, Risks, Weighed
-from mjnav.control.problem.fan import ALONE, SECOND, by_first_move
+from mjnav.control.planner import Risks, Weighed
+from mjnav.control.problem.fan import ALONE, by_first_move
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
 from mjnav.control.rollouts import Rollouts
-from mjnav.geometry.way_field import WayField
+from mjnav.geometry.way_field import WayField, WayGrid
 from mjnav.messages import Array, KnownMap
-from mjnav.rkhs.gaussian import gaussian_mmd_squared
-from mjnav.rkhs.mmd import PolynomialKernel, distance_from_dirac
 from mjnav.rng import stream
 from mjnav.robot.prediction import Crowd, Futures
 from mjnav.scene.spec import Scenario
 from mjnav.settings import Range, settle
 
-Distance = Callable[[Array], Array]  # of violations (K, S): (K,)
-
 # ------------------------------------------------------------------------------------------- the rollouts
-
-
-class Recourse(RkhsPlan):
-    """A first move a is judged as if the sample were known when the second comes, each sample having the best one, b_s:
-
-        S_a = 1/S sum_s G(a, b_s)  +  lambda MMD({h_s(a, b_s)}, 0),   b_s = argmin_b  G(a, b) + lambda MMD(h_s(a, b), 0)
-
-    (The value of a decision with recourse, Birge & Louveaux 2011; with all to be known after one move it is Littman,
-    Cassandra & Kaelbling's Q_MDP, 1995.) It drives more boldly, as a lower weight does, and is no better.
-    """
-
-    def options(self, weighed: Weighed, samples: JointSamples) -> Options:
-        """The first moves, each with the best second move under every sample, and what has no second move."""
-        p, num, distance = self.parameters, len(weighed.goal), self.distance(samples)
-        goal, h = by_first_move(weighed.goal), by_first_move(weighed.risks.violation)  # (A, B), (A, B, S)
-        alone = distance_from_dirac(h.reshape(-1, 1), PolynomialKernel(p.degree)).reshape(h.shape)
-        second = (goal[..., None] + p.weight * alone).argmin(axis=1)  # (A, S)
-        met = np.take_along_axis(h, second[:, None], axis=1)[:, 0]
-        cost = np.take_along_axis(goal, second, axis=1).mean(axis=1) + p.weight * distance(met)
-        shown = len(SECOND) * np.arange(len(goal)) + by_first_move(weighed.total).argmin(axis=1)
-        return Options(
-            np.append(cost, weighed.total[-ALONE:]),
-            np.append((met >= 1.0).mean(axis=1), weighed.risks.contact[-ALONE:]),
-            np.concatenate([shown, np.arange(num - ALONE, num)]),
-        )
 
 
 class OneMove(RkhsPlan):
     """No second move: behind the first comes the way to the goal."""
 
-    def options(self, weighed: Weighed, samples: JointSamples) -> Options:
+    def weigh(self, problem: Problem, way: WayGrid, risks: Callable[[Rollouts], Risks], rollouts: Rollouts) -> Weighed:
         """What has no second move."""
-        rows = np.arange(len(weighed.goal))
+        rows, r = np.arange(rollouts.x.shape[1]), rollouts
         kept = np.append(by_first_move(rows)[:, 0], rows[-ALONE:])
-        return Options(weighed.total[kept], weighed.risks.contact[kept], kept)
+        controls, *path = (np.ascontiguousarray(a[..., kept]) for a in (r.controls, r.x, r.y, r.heading))
+        return super().weigh(problem, way, risks, Rollouts(controls, *path, r.step))
 
 
 class StraightWay(RkhsPlan):
@@ -82,116 +54,19 @@ class StraightWay(RkhsPlan):
         return super().way_field(None, goal, start)
 
 
-# ------------------------------------------------------------------------------------------- the violation
-
-
-class TimeIntegral(RkhsPlan):
-    """The violation's mean over the plan's steps in place of its maximum."""
-
-    def violation(self, samples: JointSamples, rollouts: Rollouts) -> Array:
-        """1/T sum_t of the violation at step t alone, (K, S)."""
-        each = [super(TimeIntegral, self).violation(*_at(t, samples, rollouts)) for t in range(len(samples.times))]
-        return np.mean(each, axis=0)
-
-
-def _at(t: int, samples: JointSamples, rollouts: Rollouts) -> tuple[JointSamples, Rollouts]:
-    """Step t alone."""
-    (x, y), r = samples.moving, rollouts
-    moment = replace(samples, moving=(x[[t]], y[[t]]), times=samples.times[[t]], parts=1)
-    return moment, Rollouts(r.controls[:, [t]], r.x[[t]], r.y[[t]], r.heading[[t]], r.step)
-
-
 # --------------------------------------------------------------------------------- the Hilbert space's part
 
 
-class ContactShare(RkhsPlan):
-    """The share of samples with a contact: nothing graded, no Hilbert space."""
-
-    def distance(self, samples: JointSamples) -> Distance:
-        """P(h >= 1)."""
-        return lambda h: (h >= 1.0).mean(axis=1)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GaussianParameters(RkhsPlanParameters):
-    """With a Gaussian kernel."""
-
-    bandwidth: Annotated[Positive, "sigma of the Gaussian kernel"] = 1.0
-
-
-class Gaussian(RkhsPlan):
-    """The distance from none by a Gaussian kernel."""
-
-    parameters_type = GaussianParameters
-
-    def distance(self, samples: JointSamples) -> Distance:
-        """MMD under exp(-(x - y)^2 / (2 sigma^2))."""
-        p: Any = self.parameters
-        return lambda h: np.sqrt(gaussian_mmd_squared(h.T, h.shape[1], p.bandwidth))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BallParameters(RkhsPlanParameters):
-    """With a ball of distributions around the samples'."""
-
-    bandwidth: Annotated[Positive, "sigma of the joint samples' Gaussian kernel, in median distances"] = 1.0
-    ridge: Annotated[float, Range(LEAST, 1e3), "mu, added to the Gram matrix"] = 0.1
-    epsilon: Annotated[float, Range(0.0, 10.0), "radius of the ball"] = 0.1
-
-
-class Ball(RkhsPlan):
-    """A bound on the mean violation over all distributions P within a ball around that of the samples, P_S:
-
-        sup { E_P h : MMD(P, P_S) <= epsilon }  <=  mean(h_s) + epsilon |h|_H,
-
-    which charges a plan whose violation changes sharply with the noise. |h|_H is the norm of a function with the values
-    h_s at the samples, by kernel ridge regression (Staib & Jegelka 2019; Nemmour, Kremer, Schoelkopf & Zhu 2022).
-    """
-
-    parameters_type = BallParameters
-
-    def distance(self, samples: JointSamples) -> Distance:
-        """mean(h) + epsilon |h|_H."""
-        p: Any = self.parameters
-        gram = joint_gram(vectors(samples), p.bandwidth)
-        return lambda h: h.mean(axis=1) + p.epsilon * norms(h, gram, p.ridge)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HerdedParameters(RkhsPlanParameters):
-    """With joint samples chosen from more."""
-
-    samples: Annotated[Count, "N, number of joint samples to choose from"] = 200
-    kept: Annotated[Count, "S, number of joint samples that are kept"] = 48
-
-
-class Herded(RkhsPlan):
-    """Joint samples herded from more of them."""
-
-    parameters_type = HerdedParameters
-
-    def joint_samples(self, problem: Problem, reach: Reach, steps: int) -> JointSamples:
-        """S of N, so that their embedding is near that of all N."""
-        p: Any = self.parameters
-        samples = super().joint_samples(problem, reach, steps)
-        gram = joint_gram(vectors(samples))
-        kept = herded(gram, min(p.kept, p.samples))
-        self._weights = self.weights(gram, kept)
-        return only(samples, kept)
-
-    def weights(self, gram: Array, kept: Array) -> Array:
-        """Of the samples that are kept: all the same."""
-        return np.full(len(kept), 1.0 / len(kept))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReducedParameters(HerdedParameters):
+class ReducedParameters(RkhsPlanParameters):
     """With a reduced set, and a Gaussian kernel of the violation."""
 
+    samples: Annotated[Count, "N, number of joint samples to choose from"] = 100
+    kept: Annotated[Count, "S, number of joint samples that are kept"] = 5
     bandwidth: Annotated[Positive, "sigma of the violation's Gaussian kernel"] = 1.0
 
 
-class Reduced(Herded):
+class Reduced(RkhsPlan):
     """S joint samples of N and weights beta on them, both chosen so that their embedding is nearest to that of all N.
 
     The risk is MMD({(beta_s, h_s)}, 0) under a Gaussian kernel (Sharma & Singh 2024, "MMD-OPT", arXiv 2412.09121).
@@ -199,32 +74,36 @@ class Reduced(Herded):
 
     parameters_type = ReducedParameters
 
-    def weights(self, gram: Array, kept: Array) -> Array:
-        """beta."""
-        return nearest_weights(gram, kept)
+    def joint_samples(self, problem: Problem, reach: Reach, steps: int) -> JointSamples:
+        """S of N."""
+        p: Any = self.parameters
+        samples = super().joint_samples(problem, reach, steps)
+        gram = joint_gram(vectors(samples))
+        kept = herded(gram, min(p.kept, p.samples))
+        self._weights = nearest_weights(gram, kept)
+        return only(samples, kept)
 
     def risks_of(self, problem: Problem, reach: Reach, samples: JointSamples) -> Callable[[Rollouts], Risks]:
         """As of `rkhs-plan`, each sample with its weight."""
-        distance, weights = self.distance(samples), self._weights
 
         def risks(rollouts: Rollouts) -> Risks:
             h = self.violation(samples, rollouts)
-            return Risks(self.parameters.weight * distance(h), (h >= 1.0) @ weights, h)
+            return Risks(self.parameters.weight * self.distance(h), (h >= 1.0) @ self._weights, h)
 
         return risks
 
-    def distance(self, samples: JointSamples) -> Distance:
+    def distance(self, h: Array) -> Array:
         """MMD of the weighted violations from a point mass at 0 under exp(-(x - y)^2 / (2 sigma^2))."""
         p: Any = self.parameters
-        return lambda h: weighted_mmd(h, self._weights, p.bandwidth)
+        return weighted_mmd(h, self._weights, p.bandwidth)
 
 
 class ReducedMean(Reduced):
     """The mean violation of the reduced set: what its points and weights are worth without a distance."""
 
-    def distance(self, samples: JointSamples) -> Distance:
+    def distance(self, h: Array) -> Array:
         """sum_s beta_s h_s."""
-        return lambda h: h @ self._weights
+        return h @ self._weights
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -239,10 +118,10 @@ class Tail(RkhsPlan):
 
     parameters_type = TailParameters
 
-    def distance(self, samples: JointSamples) -> Distance:
+    def distance(self, h: Array) -> Array:
         """CVaR_eta(h)."""
         p: Any = self.parameters
-        return lambda h: conditional_value_at_risk(Samples.of(np.ascontiguousarray(h.T)), p.eta)
+        return conditional_value_at_risk(Samples.of(np.ascontiguousarray(h.T)), p.eta)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -257,10 +136,10 @@ class Counted(RkhsPlan):
 
     parameters_type = CountedParameters
 
-    def distance(self, samples: JointSamples) -> Distance:
+    def distance(self, h: Array) -> Array:
         """P(h > level)."""
         p: Any = self.parameters
-        return lambda h: (h > p.level).mean(axis=1)
+        return (h > p.level).mean(axis=1)
 
 
 def only(samples: JointSamples, kept: Array) -> JointSamples:
@@ -287,11 +166,6 @@ def joint_gram(samples: Array, bandwidth: float = 1.0) -> Array:
     squared = pdist((samples - samples.mean(axis=0))[:, varies] / deviation[varies], "sqeuclidean")
     scale = bandwidth**2 * (np.median(squared) or squared.mean() or 1.0)
     return np.exp(squareform(squared) / (-2.0 * scale))
-
-
-def norms(h: Array, gram: Array, ridge: float) -> Array:
-    """|h|_H = sqrt(h' (K + mu I)^-1 h) of each row of h (K, S): (K,)."""
-    return np.sqrt(np.sum(h * np.linalg.solve(gram + ridge * np.eye(len(gram)), h.T).T, axis=1))
 
 
 def herded(gram: Array, num: int) -> Array:

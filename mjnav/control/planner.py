@@ -21,7 +21,7 @@ from typing import Annotated, TypeVar
 
 import numpy as np
 
-from mjnav.compile.compiled import Indices, Matrix, exact
+from mjnav.compile.compiled import Matrix, exact
 from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.guides import ways_left
 from mjnav.control.parameters import MOST, Count, GoalParameters, Seconds, Share, Weight, check_memory
@@ -82,15 +82,6 @@ class Weighed:
         return self.goal + self.risks.cost
 
 
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What a planner chooses from, O options."""
-
-    cost: Array  # (O,)
-    contact: Array  # (O,) probability of a contact
-    rollout: Indices  # (O,) that is followed
-
-
 class Planner(ProblemController[P]):
     """Plans ahead, each time anew: a subclass gives `risks_of`."""
 
@@ -111,10 +102,6 @@ class Planner(ProblemController[P]):
     def risks_of(self, problem: Problem, reach: Reach, samples: JointSamples) -> Callable[[Rollouts], Risks]:
         """What tells the risk of rollouts in one decision's problem; their steps are those of the joint samples."""
 
-    def options(self, weighed: Weighed, samples: JointSamples) -> Options:
-        """Every rollout, as if no more were known when its second move comes."""
-        return Options(weighed.total, weighed.risks.contact, np.arange(len(weighed.goal)))
-
     def decide(self, observation: Observation) -> Decision:
         """The first control of the rollout that is followed."""
         p, o, problem = self.parameters, observation, self.problem(observation)
@@ -127,11 +114,9 @@ class Planner(ProblemController[P]):
             self._moves, problem.mean_pose, way, limits, self._speed, p.approach_time, p.preview, p.step, p.steps
         )
         weighed = self.weigh(problem, way, self.risks_of(problem, reach, samples), rollouts)
-        options = self.options(weighed, samples)
-        feasible = options.contact <= p.risk_bound
+        feasible = weighed.risks.contact <= p.risk_bound
         possible = bool(feasible.any())
-        chosen = int(cheapest(np.where(feasible | (not possible), options.cost, np.inf)))
-        k = int(options.rollout[chosen])
+        k = int(cheapest(np.where(feasible | (not possible), weighed.total, np.inf)))
         v, omega = weighed.rollouts.controls[:, 0, k].tolist()
         status = status_of(o, v, omega, None if possible else Status.INFEASIBLE)
         shown = shown_plan(

@@ -67,14 +67,14 @@ def test_a_rollout_is_two_moves_and_then_the_way_to_the_goal():
 
 
 def watch(controller):
-    """The list of what it weighs, with the options that it sees."""
-    options, watched = controller.options, []
+    """The list of what it weighs."""
+    weigh, watched = controller.weigh, []
 
-    def watched_options(weighed, samples):
-        watched.append((weighed, options(weighed, samples)))
-        return watched[-1][1]
+    def watched_weigh(*given):
+        watched.append(weigh(*given))
+        return watched[-1]
 
-    controller.options = watched_options
+    controller.weigh = watched_weigh
     return watched
 
 
@@ -91,7 +91,7 @@ def test_the_first_control_is_that_of_the_cheapest_feasible_rollout(observe, lim
         controller = make_controller("rkhs-plan", limits, 0.1, **given)
         watched = watch(controller)
         decision = controller.decide(observe(seed, **CROWDED))
-        weighed, _ = watched[0]
+        (weighed,) = watched
         h = weighed.risks.violation.tolist()
         cost = [goal + distance(h[k], degree) for k, goal in enumerate(weighed.goal.tolist())]
         feasible = [k for k in range(len(h)) if sum(x >= 1.0 for x in h[k]) <= 0.1 * len(h[k])]
@@ -113,9 +113,8 @@ def test_where_nothing_is_feasible_the_cheapest_is_followed(alone, limits, metho
     decision = controller.decide(alone(num_samples=4, twist=(0.0, 0.0), obstacles=people))
     assert decision.status == Status.INFEASIBLE
     assert not decision.plan.feasible
-    weighed, options = watched[0]
-    k = options.rollout[np.argmin(options.cost)]
-    assert (decision.v, decision.omega) == tuple(weighed.rollouts.controls[:, 0, k])
+    k = np.argmin(watched[0].total)
+    assert (decision.v, decision.omega) == tuple(watched[0].rollouts.controls[:, 0, k])
 
 
 def test_effort_is_the_control_cost_of_the_metrics(limits):

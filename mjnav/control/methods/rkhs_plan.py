@@ -63,11 +63,10 @@ class RkhsPlan(Planner[RkhsPlanParameters]):
 
     def risks_of(self, problem: Problem, reach: Reach, samples: JointSamples) -> Callable[[Rollouts], Risks]:
         """lambda times the distance of h from 0, P(h >= 1), and h."""
-        distance = self.distance(samples)
 
         def risks(rollouts: Rollouts) -> Risks:
             h = self.violation(samples, rollouts)
-            return Risks(self.parameters.weight * distance(h), np.count_nonzero(h >= 1.0, axis=1) / h.shape[1], h)
+            return Risks(self.parameters.weight * self.distance(h), np.count_nonzero(h >= 1.0, axis=1) / h.shape[1], h)
 
         return risks
 
@@ -76,6 +75,6 @@ class RkhsPlan(Planner[RkhsPlanParameters]):
         p, t = self.parameters, samples.times
         return samples.violation(rollouts, p.margin + p.margin_growth * t, np.exp(-t / p.fading), p.standing_margin)
 
-    def distance(self, samples: JointSamples) -> Callable[[Array], Array]:
-        """What gives the distance (K,) of violations (K, S) from none in one decision."""
-        return lambda h: distance_from_dirac(h, self._kernel)
+    def distance(self, h: Array) -> Array:
+        """Of violations (K, S) from none, (K,)."""
+        return distance_from_dirac(h, self._kernel)
