@@ -190,40 +190,12 @@ class OrcaWalk(AvoidingWalk):
         found = np.empty_like(wanted)
         tempers, discs, boxes = self._temperaments, self._floor.discs, self._floor.boxes
         for group, settings in self._groups:
-            _avoid(
-                found, group, wanted, max_speed, self.index, tempers.avoids, tempers.still,
-                bodies.position, bodies.velocity, self._radius, bodies.robot, discs, boxes, settings,
+            found[group] = velocities(
+                bodies.position, bodies.velocity, self._radius, self.index[group], wanted[group], max_speed[group],
+                tempers.avoids[group], tempers.still[group], bodies.robot, discs, boxes, settings,
             )  # fmt: skip
         _accelerate(self._will, found, self._acceleration, bodies.position, self.index)
         return self.unsteady(self._will)
-
-
-@exact
-def _avoid(
-    found: Matrix,
-    group: Indices,
-    wanted: Matrix,
-    max_speed: Vector,
-    index: Indices,
-    avoids: Flags,
-    still: Flags,
-    position: Matrix,
-    velocity: Matrix,
-    radius: Vector,
-    robot: int,
-    discs: Matrix,
-    boxes: Matrix,
-    settings: OrcaSettings,
-):
-    """Writes the velocities of a `group` to theirs among `found` (n, 2).
-
-    `wanted`, `max_speed`, `index`, `avoids` and `still` are of all n people, `position`, `velocity` and `radius` of all
-    bodies.
-    """
-    found[group] = velocities(
-        position, velocity, radius, index[group], wanted[group], max_speed[group], avoids[group], still[group], robot,
-        discs, boxes, settings,
-    )  # fmt: skip
 
 
 def settings_of(keys: Orca) -> OrcaSettings:
