@@ -50,10 +50,6 @@ class PolynomialKernel:
         d = int(self.degree)
         return np.array([comb(d, p) * self.scale**p * self.offset ** (d - p) for p in range(d + 1)])
 
-    def gram(self, x: Array, y: Array) -> Array:
-        """K_ij = k(x_i, y_j) for x (n,) and y (m,): (n, m)."""
-        return (self.scale * np.outer(x, y) + self.offset) ** self.degree
-
 
 def raw_moments(x: Array, degree: int, weights: Array | None = None) -> Array:
     """m_p = sum_i w_i x_i^p for p = 1 ... degree, (..., degree), of samples x (..., n); w_i is 1/n by default."""
@@ -101,12 +97,6 @@ def mmd_squared(
     y, beta = _checked("y", y, y_weights)
     of_order_zero = kernel.coefficients[0] * (alpha.sum() - beta.sum()) ** 2
     return float(of_order_zero + moment_distance(raw_moments(x, degree, alpha), raw_moments(y, degree, beta), kernel))
-
-
-def mmd_squared_gram(x: Array, y: Array, *, degree: int, scale: float = 1.0, offset: float = 1.0) -> float:
-    """The same for weights 1/n and 1/m by Gram matrices, as the definition has it: `mjnav paper` times this form."""
-    k = PolynomialKernel(degree, scale, offset)
-    return float(k.gram(x, x).mean() - 2.0 * k.gram(x, y).mean() + k.gram(y, y).mean())
 
 
 def _checked(name: str, samples: ArrayLike, weights: ArrayLike | None) -> tuple[Array, Array]:
