@@ -17,27 +17,27 @@ from types import FrameType
 
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
-    ".": 595,
+    ".": 602,
     "cli": 2492,
     "compile": 351,
     "constraints": 381,
-    "control": 3269,
+    "control": 3284,
     "filters": 289,
     "geometry": 1079,
     "gym": 310,
     "log": 3192,
     "loop": 2317,
-    "metrics": 1913,
+    "metrics": 1920,
     "motion": 570,
     "noise": 800,
     "paper": 1094,
-    "report": 2583,
-    "rkhs": 97,
-    "robot": 4053,
-    "scene": 3650,
+    "report": 2584,
+    "rkhs": 92,
+    "robot": 4058,
+    "scene": 3675,
     "settings": 808,
     "study": 3214,
-    "world": 2684,
+    "world": 2698,
 }
 MOST_FILES = 310
 MOST_IMPORTS = 0.0995  # of all code lines
