@@ -196,7 +196,7 @@ class SeenSpace:
             x, y, heading = self._history.poses(np.array([self._seen.time]), now)[0]
             c, s = np.cos(heading), np.sin(heading)
             points = np.array([x, y]) + points @ np.array([[c, s], [-s, c]])
-        return min(free_arc(points, v, omega, radius, ahead) for ahead, radius in discs)
+        return free_arc(points, v, omega, discs)
 
     def _gaps(self, blind: NDArray[np.bool_]) -> Array:
         """Points (k, 2) in the robot's frame at which bodies may stand unseen, one for each beam that saw nothing."""
@@ -224,38 +224,45 @@ def _run_lengths(flags: NDArray[np.bool_]) -> NDArray[np.int_]:
     return np.roll(lengths, first)
 
 
-def free_arc(points: Array, v: float, omega: float, radius: float, ahead: float = 0.0) -> float:
+def free_arc(points: Array, v: float, omega: float, discs: Iterable[tuple[float, float]]) -> float:
     """How far the origin gets along the arc of (v, omega) before SUPPORT points (n, 2) are in a disc [m].
 
-    The disc is `ahead` [m] of the origin, where it has the velocity (v, ahead omega): that is an arc of its own.
-
-    With k = omega / |v| and the points turned so that the disc starts along +x: about the arc's centre (0, 1/k) a point
-    lies at the distance rho and, in the sense of the motion, the angle alpha. The disc's centre moves at r = 1/|k|, and
-    its edge is at the point where
-
-        cos(alpha - phi) = (r^2 + rho^2 - radius^2) / (2 r rho),   s = r phi.
-
-    Points in the disc count where they lie ahead of its centre: it can leave those behind.
+    `discs` are how far ahead of the origin each is, and its radius. Points in one of them count where they lie ahead of
+    the origin: the robot can leave those behind.
     """
     if v == 0.0 or len(points) < SUPPORT:
         return np.inf
-    if ahead != 0.0:
-        speed = np.hypot(v, ahead * omega)
-        c, s = np.array([v, ahead * omega]) / speed
-        turned = (points - (ahead, 0.0)) @ np.array([[c, -s], [s, c]])
-        return free_arc(turned, speed, omega, radius) * abs(v) / speed
     x, y = (points if v > 0.0 else -points).T
-    curvature = omega / abs(v)
-    within = x * x + y * y < radius * radius
-    with np.errstate(invalid="ignore", divide="ignore"):
-        if abs(curvature) < STRAIGHT:
-            far = np.where((np.abs(y) < radius) & (x > 0.0), x - np.sqrt(np.maximum(radius**2 - y**2, 0.0)), np.inf)
-        else:
-            r, side = 1.0 / abs(curvature), np.sign(curvature)
-            across = r - side * y
-            rho = np.hypot(x, across)
-            cosine = (r * r + rho * rho - radius * radius) / (2.0 * r * rho)
-            phi = np.mod(np.arctan2(x, across) - np.arccos(np.clip(cosine, -1.0, 1.0)), 2.0 * np.pi)
-            far = np.where(np.abs(cosine) <= 1.0, r * phi, np.inf)
+    far, within = np.full(len(points), np.inf), np.zeros(len(points), bool)
+    for ahead, radius in discs:
+        place = ahead if v > 0.0 else -ahead
+        within |= (x - place) * (x - place) + y * y < radius * radius
+        far = np.minimum(far, _until_met(x, y, abs(v), omega, place, radius))
     far = np.where(within, np.where(x > 0.0, 0.0, np.inf), far)
     return float(np.partition(far, SUPPORT - 1)[SUPPORT - 1])
+
+
+def _until_met(x: Array, y: Array, v: float, omega: float, ahead: float, radius: float) -> Array:
+    """How far the origin gets, at v > 0, until each point (n,) is on the edge of the disc [m].
+
+    A disc off the origin has the velocity (v, ahead omega): its arc is another, and is turned to start along +x. With
+    k = omega / v, about the arc's centre (0, 1/k) a point lies at the distance rho and, in the sense of the motion, the
+    angle alpha. The disc's centre moves at r = 1/|k|, and its edge is at the point where
+
+        cos(alpha - phi) = (r^2 + rho^2 - radius^2) / (2 r rho),   s = r phi.
+    """
+    if ahead != 0.0:
+        speed = float(np.hypot(v, ahead * omega))
+        c, s = v / speed, ahead * omega / speed
+        x, y = c * (x - ahead) + s * y, c * y - s * (x - ahead)
+        return _until_met(x, y, speed, omega, 0.0, radius) * v / speed
+    curvature = omega / v
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if abs(curvature) < STRAIGHT:
+            return np.where((np.abs(y) < radius) & (x > 0.0), x - np.sqrt(np.maximum(radius**2 - y**2, 0.0)), np.inf)
+        r, side = 1.0 / abs(curvature), np.sign(curvature)
+        across = r - side * y
+        rho = np.hypot(x, across)
+        cosine = (r * r + rho * rho - radius * radius) / (2.0 * r * rho)
+        phi = np.mod(np.arctan2(x, across) - np.arccos(np.clip(cosine, -1.0, 1.0)), 2.0 * np.pi)
+        return np.where(np.abs(cosine) <= 1.0, r * phi, np.inf)
