@@ -74,7 +74,7 @@ class Robot(Settled):
     max_turn_acceleration: Annotated[float, Range(0.01, 1000.0, "rad/s²"), "of commands"] = 3.0
     radius: Annotated[float, Range(0.1, 0.5, "m"), "of the round body; from 0.2 m on for mjnav's own"] = 0.22
     footprint: Annotated[tuple[Size, Size] | None, "length and width of a box that is within the round body"] = None
-    discs: Annotated[int, Range(1, 20), "in a row, that cover the footprint and are the body; 1: the round body"] = 1
+    discs: Annotated[int | None, Range(1, 20), "in a row, that cover the footprint and are the body"] = None
     model: Annotated[str, "a robot that `mjnav list robots` prints, or the path of a robot's file, .toml"] = OWN
     base: Annotated[Base | None, "of a robot that is not mjnav's own; loading the file puts it here"] = None
 
@@ -87,8 +87,8 @@ class Robot(Settled):
             raise InvalidValue("radius", self.radius, f"at least {OWN_RADIUS:g} m: mjnav's robot has its wheels inside")
         if self.footprint is not None and self.base is None:
             raise InvalidValue("footprint", self.footprint, "nothing: mjnav's own robot is round")
-        if self.discs > 1 and self.footprint is None:
-            raise InvalidValue("discs", self.discs, "1, or more with a footprint = [length, width] that they cover")
+        if self.discs is not None and self.footprint is None:
+            raise InvalidValue("discs", self.discs, "nothing without a footprint = [length, width] to cover")
         if self.footprint is not None and hypot(*self.footprint) > 2.0 * self.radius + _ROUNDED:
             allowed = f"a box within the round body, at most {2.0 * self.radius:g} m from corner to corner"
             raise InvalidValue("footprint", self.footprint, allowed)
@@ -125,7 +125,7 @@ class Robot(Settled):
             max_turn_acceleration=self.max_turn_acceleration,
             radius=self.radius,
             track_width=self.drive.track_width,
-            cover=() if self.discs == 1 or self.footprint is None else covering(*self.footprint, self.discs),
+            cover=covering(*self.footprint, self.discs) if self.footprint and self.discs else (),
         )
 
 

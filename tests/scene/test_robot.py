@@ -178,7 +178,7 @@ def test_a_robot_of_discs_may_not_turn_into_what_is_beside_it(engine):
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (["robot.discs=3"], "robot.discs: found 3; allowed: 1, or more with a footprint"),
+        (["robot.discs=3"], "robot.discs: found 3; allowed: nothing without a footprint"),
         (
             ["robot.footprint=[0.3, 0.2]"],
             "robot.footprint: found (0.3, 0.2); allowed: nothing: mjnav's own robot is round",
