@@ -34,6 +34,7 @@ from mjnav.settings import Beside, Choice, Length, Named, Range, Settled, Text, 
 from mjnav.settings.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin, placed
 
 _PREFERRED_SPEED = 0.8  # [m/s]
+Discs = Annotated[int, Range(1, 20)]
 _ROUNDED = 1e-3  # [m] by which a footprint may be longer than the round body, as radii are given to a millimetre
 OWN_RADIUS = 0.2  # [m]
 ENGINES: Mapping[str, str] = MappingProxyType(
@@ -74,7 +75,7 @@ class Robot(Settled):
     max_turn_acceleration: Annotated[float, Range(0.01, 1000.0, "rad/s²"), "of commands"] = 3.0
     radius: Annotated[float, Range(0.1, 0.5, "m"), "of the round body; from 0.2 m on for mjnav's own"] = 0.22
     footprint: Annotated[tuple[Size, Size] | None, "length and width of a box that is within the round body"] = None
-    discs: Annotated[int | None, Range(1, 20), "in a row, that cover the footprint and are the body"] = None
+    discs: Annotated[Discs | None, "in a row, that cover the footprint and are the body; else it is round"] = None
     model: Annotated[str, "a robot that `mjnav list robots` prints, or the path of a robot's file, .toml"] = OWN
     base: Annotated[Base | None, "of a robot that is not mjnav's own; loading the file puts it here"] = None
 
