@@ -44,16 +44,15 @@ def _drive(heading: Matrix, x: Matrix, y: Matrix, v: Matrix, omega: Matrix, step
 
 
 @kernel
-def _between(out: Matrix, ends: Matrix):
-    """Coordinates at the ends of equal parts of each step, (parts T, K), from those at the ends of steps (T, K)."""
+def _between(out: Matrix, ends: Matrix, first: float):
+    """Coordinates at the ends of equal parts of steps, (parts T, K), from `first` and those at steps' ends (T, K)."""
     parts = out.shape[0] // ends.shape[0]
     for t in range(ends.shape[0]):
         for i in range(parts):
             share = (i + 1) / parts
             row, end, start = out[t * parts + i], ends[t], ends[max(t - 1, 0)]
-            before = (1.0 - share) if t > 0 else 0.0
             for k in range(row.size):
-                row[k] = before * start[k] + share * end[k]
+                row[k] = (1.0 - share) * (start[k] if t > 0 else first) + share * end[k]
 
 
 FARTHEST = 0.25  # [m] between positions that are looked at: else a fast robot plans through pillars between two steps
@@ -88,6 +87,7 @@ class Rollouts:
     y: Array  # (T, K)
     heading: Array  # (T, K) [rad]
     step: float  # [s]
+    start: tuple[float, float] = (0.0, 0.0)  # [m] of the paths, from the mean position
 
     @classmethod
     def of(cls, wanted: Array, heading: float, limits: ControlLimits, step: float) -> "Rollouts":
@@ -103,20 +103,20 @@ class Rollouts:
         return cls(controls, x[1:], y[1:], headings[1:], step)
 
     def of_disc(self, ahead: float, heading: float) -> "Rollouts":
-        """The paths of a point `ahead` [m] of the centre, each from that point's place at the start's `heading`."""
+        """The paths of a point `ahead` [m] of the centre; the robot's `heading` is that at the start."""
         if ahead == 0.0:
             return self
-        x = self.x + ahead * (np.cos(self.heading) - np.cos(heading))
-        y = self.y + ahead * (np.sin(self.heading) - np.sin(heading))
-        return Rollouts(self.controls, x, y, self.heading, self.step)
+        start = ahead * float(np.cos(heading)), ahead * float(np.sin(heading))
+        x, y = self.x + ahead * np.cos(self.heading), self.y + ahead * np.sin(self.heading)
+        return Rollouts(self.controls, x, y, self.heading, self.step, start)
 
     def between(self, parts: int) -> tuple[Array, Array]:
         """x and y (parts T, K) at the ends of so many equal parts of each step, straight on from end to end."""
         if parts == 1:
             return self.x, self.y
         x, y = np.empty((2, parts * len(self.x), self.x.shape[1]))
-        _between(x, self.x)
-        _between(y, self.y)
+        _between(x, self.x, self.start[0])
+        _between(y, self.y, self.start[1])
         return x, y
 
     def first(self, steps: int) -> "Rollouts":

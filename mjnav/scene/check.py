@@ -177,10 +177,9 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
     if routes:
         check_routes(scenario)
     check_trips(scenario)
-    x, y, heading = robot.start
+    (x, y, heading), limits = robot.start, robot.limits
     body = [
-        Disc("robot", (x + ahead * cos(heading), y + ahead * sin(heading)), radius)
-        for ahead, radius in robot.limits.discs
+        Disc("robot", (x + ahead * cos(heading), y + ahead * sin(heading)), radius) for ahead, radius in limits.discs
     ]
     there = [disc for disc, person in zip(people, scenario.people, strict=True) if person.from_the_start]
     met = met_by_robot(scenario.walls, scenario.tables, scenario.pillars)
@@ -190,7 +189,7 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
     for i, point in enumerate(robot.route):
         for other in met:
             room = other.distance(point)
-            if room <= 0.0 or room + robot.goal_tolerance < robot.limits.half_width:
+            if room <= 0.0 or room + robot.goal_tolerance < limits.half_width:
                 allowed = f"a point that the robot can reach to {robot.goal_tolerance:g} m, clear of {other.key}"
                 raise InvalidValue(robot.route_key(i), point, allowed)
 

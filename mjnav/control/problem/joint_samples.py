@@ -50,10 +50,10 @@ def lane_excesses(problem: Problem, offsets: Array) -> tuple[tuple[Array, Array]
 
 @dataclass(frozen=True, slots=True)
 class Covering:
-    """The discs that the robot is, and where they stand at the start; what is ahead of its centre turns with it."""
+    """The discs that the robot is; what is ahead of its centre turns with it."""
 
     discs: tuple[tuple[float, float], ...]  # [m] ahead of the centre; radius, with the safety margin [m]
-    heading: float  # [rad]
+    heading: float  # [rad] at the start
 
     @classmethod
     def of(cls, problem: Problem) -> "Covering":
@@ -61,11 +61,10 @@ class Covering:
         margin, pose = problem.parameters.safety_margin, problem.mean_pose
         return cls(tuple((ahead, radius + margin) for ahead, radius in problem.limits.discs), float(pose[2]))
 
-    def paths(self, rollouts: Rollouts) -> Iterator[tuple[Rollouts, Array, float]]:
-        """Of each disc the rollouts from its own place, that place (2,) from the mean position [m], and its radius."""
-        axis = np.array([np.cos(self.heading), np.sin(self.heading)])
+    def paths(self, rollouts: Rollouts) -> Iterator[tuple[Rollouts, float]]:
+        """Of each disc its paths and its radius."""
         for ahead, radius in self.discs:
-            yield rollouts.of_disc(ahead, self.heading), ahead * axis, radius
+            yield rollouts.of_disc(ahead, self.heading), radius
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,12 +112,12 @@ class JointSamples:
         ones = np.ones(len(self.moving_radius))
         h = np.zeros((rollouts.x.shape[1], self.offsets.shape[1]))
         m = margin[:, None] * ones
-        (moving_x, moving_y), fall, fade = self.moving, 1.0 / m, fading[:, None] * ones
-        for r, (x, y), radius in self.robot.paths(rollouts):
-            meet_discs(h, r.x, r.y, moving_x - x, moving_y - y, self.moving_radius + radius + m, fall, fade)
+        for r, radius in self.robot.paths(rollouts):
+            reach = self.moving_radius + radius + m
+            meet_discs(h, r.x, r.y, *self.moving, reach, 1.0 / m, fading[:, None] * ones)
             if len(self.standing):
-                reach, bodies = self.standing_radius + radius + standing, self.standing - (x, y, x, y)
-                meet_walls(h, *r.between(self.parts), *self.offsets, bodies, reach, standing)
+                reach = self.standing_radius + radius + standing
+                meet_walls(h, *r.between(self.parts), *self.offsets, self.standing, reach, standing)
         for normal, excess in self.lanes:
             meet_lane(h, rollouts.x, rollouts.y, normal, excess, standing)
         return h

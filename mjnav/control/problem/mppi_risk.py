@@ -265,15 +265,15 @@ class Surroundings:
 
     def risk(self, rollouts: Rollouts) -> Risk:
         """The risk of rollouts here; with each body that of the disc of the robot that has the most."""
-        num_discs, num, (path_x, path_y) = len(self.disc_radius), rollouts.x.shape[1], self.paths
+        num_discs, num = len(self.disc_radius), rollouts.x.shape[1]
         times, lane, worst = np.zeros((len(self.columns), num)), np.zeros((2, num)), np.zeros(num)
-        for r, (x, y), radius in self.robot.paths(rollouts):
+        for r, radius in self.robot.paths(rollouts):
             time = np.zeros_like(times)
             _meet_discs(
-                time[:num_discs], worst, r.x, r.y, *self.offsets, path_x - x, path_y - y, self.start,
+                time[:num_discs], worst, r.x, r.y, *self.offsets, *self.paths, self.start,
                 self.disc_radius + radius, r.step,
             )  # fmt: skip
-            _meet_walls(time[num_discs:], worst, r.x, r.y, *self.offsets, self.walls - (x, y, x, y), radius, r.step)
+            _meet_walls(time[num_discs:], worst, r.x, r.y, *self.offsets, self.walls, radius, r.step)
             np.maximum(times, time, out=times)
         for side, (normal, excess) in enumerate(self.lanes):
             _cross(lane[side], worst, rollouts.x, rollouts.y, normal, excess, rollouts.step)
