@@ -1,4 +1,4 @@
-"""What it is worth to know how people go on: one planner under five predictions, the last of them true.
+"""What it is worth to know how people go on: one planner under six predictions, the last of them true.
 
     uv run python examples/knowledge/ladder.py --cases 250 --first 250 --workers 2
     uv run python examples/knowledge/ladder.py --scene crowds --cases 100 --first 1000 --workers 2
@@ -27,6 +27,7 @@ from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
 from mjnav.metrics.intervals import wilson
 from mjnav.motion.published_crowds import ROBOT_RADIUS, PublishedCrowd
 from mjnav.motion.unicycle import integrate, reachable
+from mjnav.scene.people import REACHED
 
 SIGHT, GOAL, LIMIT = 5.0, 0.3, 49.0  # [m] from surface to surface, [m], [s]
 STEPS = 16  # of the crowd, that are predicted: 4 s
@@ -34,6 +35,7 @@ SAMPLES = 24  # of each person, where people may turn
 TURNS = 0.3  # [1/s]
 STEP = 0.2  # [s] between predicted positions in a scene of mjnav's
 TOLD = {"robot": {"source": "direct", "particles": 50}, "obstacles": {"source": "direct", "particles": 50}}
+TOWARDS = 1.0  # [m/s] at which people go to their goals at most, in CrowdNav++
 STOPS = 0.2  # probability that who turns stops
 MISSED, GAIN = 0.2, 0.1  # share of people beyond their conformal radius; [m] by which that follows at each step
 AROUND = np.exp(2j * np.pi * np.arange(8) / 8).view(float).reshape(8, 2)
@@ -66,6 +68,17 @@ def reactions(crowd: PublishedCrowd, rng: np.random.Generator) -> Futures:
     ahead.goal = ahead.position + 100.0 * ahead.velocity
     ahead.max_speed = np.maximum(np.hypot(*ahead.velocity.T), 0.1)
     return _walked(ahead)
+
+
+def waypoints(crowd: PublishedCrowd, rng: np.random.Generator) -> Futures:
+    """Everybody goes from waypoint to waypoint at their preferred speed, and stays at the last one known."""
+    found, time = [], crowd.rules.period * np.arange(1, STEPS + 1)
+    speeds = np.minimum(crowd.max_speed, TOWARDS) if isinstance(crowd, PublishedCrowd) else crowd.max_speed
+    for position, goal, speed in zip(crowd.position, crowd.goal, speeds, strict=True):
+        points = np.vstack([position, goal])
+        at = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
+        found.append(np.stack([np.interp(speed * time, at, axis) for axis in points.T], axis=-1))
+    return np.stack(found)[:, None]
 
 
 def truth(crowd: PublishedCrowd, rng: np.random.Generator) -> Futures:
@@ -104,8 +117,11 @@ class Conformal:
 
 
 PREDICTIONS: Mapping[str, Any] = MappingProxyType(
-    {"straight": straight, "turns": turns, "reactions": reactions, "conformal": Conformal, "truth": truth}
-)
+    {
+        "straight": straight, "turns": turns, "reactions": reactions, "conformal": Conformal, "waypoints": waypoints,
+        "truth": truth,
+    }
+)  # fmt: skip
 
 
 def predictor(name: str) -> Callable[[PublishedCrowd, np.random.Generator], Futures]:
@@ -153,12 +169,19 @@ def scene_episode(prediction: str, scene: str, method: str, seed: int) -> tuple[
     rng, ahead = np.random.default_rng(seed), predictor(prediction)
     parameters = {**scenario.control.parameters, "preferred_speed": scenario.robot.preferred_speed}
     controller = make_controller(method, scenario.robot.limits, scenario.control.period, **parameters)
+    crowd = SimpleNamespace(
+        rules=SimpleNamespace(period=STEP),
+        goal=[np.tile(p.behaviour.waypoints, (8, 1)) for p in scenario.people],
+        max_speed=np.array([p.behaviour.speed for p in scenario.people]),
+    )
     with mjnav.Simulation(scenario, log=False) as simulation:
         while not simulation.done:
             seen, now = simulation.observe(), simulation.truth
             there = np.flatnonzero(np.isfinite(now.people_position[:, 0]))
-            rules = SimpleNamespace(period=STEP)
-            crowd = SimpleNamespace(position=now.people_position, velocity=now.people_velocity, rules=rules)
+            crowd.position, crowd.velocity = now.people_position, now.people_velocity
+            for i in there:
+                if np.hypot(*(crowd.goal[i][0] - crowd.position[i])) <= REACHED:
+                    crowd.goal[i] = np.roll(crowd.goal[i], -1, axis=0)
             futures = simulated(simulation) if prediction == "truth" else ahead(crowd, rng)
             samples = len(seen.robot_pose) // futures.shape[1] * futures.shape[1]
             people = tuple(

@@ -30,6 +30,15 @@ def test_the_true_future_is_where_people_are_then_and_the_others_begin_there():
     assert last["truth"] == 0.0 < last["reactions"] < last["turns"]
 
 
+def test_who_goes_to_waypoints_walks_the_length_that_time_allows_and_stays_at_the_last():
+    crowd, rng = PublishedCrowd("crowdnav-plus", 300), np.random.default_rng(0)
+    crowd.position, crowd.max_speed = np.zeros((2, 2)), np.array([0.5, 1.5])
+    crowd.goal = [np.array([[0.5, 0.0], [0.5, 5.0]]), np.array([0.0, 2.0])]
+    paths = ladder.waypoints(crowd, rng)[:, 0]
+    assert np.abs(paths[0, [1, 3, 7]] - [[0.25, 0.0], [0.5, 0.0], [0.5, 0.5]]).max() < 1e-12
+    assert np.abs(paths[1, [3, 7, 15]] - [[0.0, 1.0], [0.0, 2.0], [0.0, 2.0]]).max() < 1e-12
+
+
 def test_conformal_radii_hold_the_share_of_people_that_they_are_to():
     crowd, rng, predict = PublishedCrowd("crowdnav-plus", 301), np.random.default_rng(0), ladder.predictor("conformal")
     made, within = [], []
