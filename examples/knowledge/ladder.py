@@ -1,4 +1,4 @@
-"""What it is worth to know how people go on: one planner under six predictions, the last of them true.
+"""What it is worth to know how people go on: one planner under seven predictions, the last of them true.
 
     uv run python examples/knowledge/ladder.py --cases 250 --first 250 --workers 2
     uv run python examples/knowledge/ladder.py --scene crowds --cases 100 --first 1000 --workers 2
@@ -6,7 +6,7 @@
 A unicycle is told the true positions and velocities within 5 m, decides every 0.25 s, and reaches speed and turn rate
 of each decision at once, within its accelerations. Cases from 250 on are other layouts than the published ones. That is
 CrowdNav++, whose people do not see the robot. In a scene of mjnav's, without noise, they may: the true future is then
-what follows if the robot goes on as it was told last. There is no row of reactions there.
+what follows if the robot goes on as it was told last. There are no rows of reactions and goals there.
 """
 
 import argparse
@@ -81,6 +81,13 @@ def waypoints(crowd: PublishedCrowd, rng: np.random.Generator) -> Futures:
     return np.stack(found)[:, None]
 
 
+def goals(crowd: PublishedCrowd, rng: np.random.Generator) -> Futures:
+    """People go to the goals that they have now, avoid one another by their law, and stay there."""
+    ahead = deepcopy(crowd)
+    ahead.rules = replace(crowd.rules, at_goal="stays", change=0.0)
+    return _walked(ahead)
+
+
 def truth(crowd: PublishedCrowd, rng: np.random.Generator) -> Futures:
     """The future itself, with all goals and draws to come."""
     return _walked(deepcopy(crowd))
@@ -119,7 +126,7 @@ class Conformal:
 PREDICTIONS: Mapping[str, Any] = MappingProxyType(
     {
         "straight": straight, "turns": turns, "reactions": reactions, "conformal": Conformal, "waypoints": waypoints,
-        "truth": truth,
+        "goals": goals, "truth": truth,
     }
 )  # fmt: skip
 
@@ -228,7 +235,7 @@ def main(arguments: list[str] | None = None) -> None:
     cases = range(given.first, given.first + given.cases)
     with ProcessPoolExecutor(given.workers, get_context("spawn")) as pool:
         for prediction in given.prediction or [
-            name for name in PREDICTIONS if not (given.scene and name == "reactions")
+            name for name in PREDICTIONS if not (given.scene and name in ("reactions", "goals"))
         ]:
             run = partial(episode, prediction, given.method, limits)
             if given.scene:
