@@ -182,6 +182,8 @@ class RobotLimits:
                 raise InvalidValue(name, getattr(self, name), "a finite number > 0")
         if not number("min_speed", self.min_speed) < self.max_speed:
             raise InvalidValue("min_speed", self.min_speed, f"a number below max_speed ({self.max_speed})")
+        if self.cover and not (finite("cover", self.cover, None, 2)[:, 1] > 0.0).all():
+            raise InvalidValue("cover", self.cover, "radii > 0")
 
     @property
     def discs(self) -> tuple[tuple[float, float], ...]:

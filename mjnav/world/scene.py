@@ -112,15 +112,20 @@ def _robot(robot: Robot, mount: Array) -> mujoco.MjSpec:
 
 
 def _of_discs(part: mujoco.MjSpec, cover: Sequence[tuple[float, float]]) -> mujoco.MjSpec:
-    """With one cylinder for each disc in place of the one that is named "chassis"; a body without it stays as it is."""
+    """With one cylinder for each disc in place of the one that is named "chassis", whose mass they share.
+
+    A body without it stays as it is.
+    """
     whole = part.geom("chassis")
     if whole is None or whole.type != mujoco.mjtGeom.mjGEOM_CYLINDER:
         return part
+    radius, half_height, _ = whole.size
+    mass = whole.density * 2.0 * np.pi * radius**2 * half_height if np.isnan(whole.mass) else whole.mass
     for i, (ahead, radius) in enumerate(cover):
         disc = whole.parent.add_geom(name=f"chassis{i}") if i else whole
         for key in _LIKE_THE_CHASSIS:
             setattr(disc, key, getattr(whole, key))
-        disc.pos, disc.size = [ahead, *whole.pos[1:]], [radius, *whole.size[1:]]
+        disc.pos, disc.size, disc.mass = [ahead, *whole.pos[1:]], [radius, *whole.size[1:]], mass / len(cover)
     return part
 
 

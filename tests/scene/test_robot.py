@@ -1,16 +1,20 @@
 """Robots by name and by file: whose figures hold, what a log keeps, and what is said of a file that is none."""
 
+import re
 from math import hypot
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import mjnav
 from mjnav.errors import InvalidValue
+from mjnav.messages import RobotLimits
 from mjnav.scene import dumps, loads
 from mjnav.scene.library import data_folder
 from mjnav.scene.robot import OWN, covering, robots
+from mjnav.world.scene import compose
 
 RUN = """
 schema = 1
@@ -190,6 +194,26 @@ def test_a_footprint_that_cannot_be_is_refused(given, said):
     with pytest.raises(InvalidValue) as told:
         run_of(*given)
     assert said in str(told.value)
+
+
+@pytest.mark.parametrize("mass", ["", 'mass="16.5"'])
+def test_discs_weigh_what_the_one_body_does(mass, tmp_path):
+    """Where the MJCF has no inertial, so that bodies weigh what their geoms do."""
+    for name in ("robot.toml", "robot.xml"):
+        text = (data_folder("models") / "robots" / "jackal" / name).read_text()
+        text = re.sub(r"<inertial.*/>", "", text).replace('name="chassis"', f'name="chassis" {mass}')
+        (tmp_path / name).write_text(text)
+    weights = [
+        compose(loads(RUN + f'model = "robot.toml"\ndiscs = {n}', folder=tmp_path)).compile().body_subtreemass[0]
+        for n in (1, 3)
+    ]
+    assert weights[1] == pytest.approx(weights[0], rel=1e-12)
+
+
+@pytest.mark.parametrize("cover", [((0.1, 0.0),), ((0.1,),), ((np.nan, 0.2),)])
+def test_discs_by_hand_have_finite_places_and_radii(cover):
+    with pytest.raises(InvalidValue, match="cover"):
+        RobotLimits(cover=cover)
 
 
 def test_mjnavs_own_robot_has_its_wheels_inside():
