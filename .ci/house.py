@@ -17,7 +17,7 @@ from types import FrameType
 
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
-    ".": 602,
+    ".": 604,
     "cli": 2492,
     "compile": 351,
     "constraints": 381,
@@ -37,7 +37,7 @@ BUDGETS = {  # code lines
     "scene": 3675,
     "settings": 808,
     "study": 3214,
-    "world": 2698,
+    "world": 2700,
 }
 MOST_FILES = 310
 MOST_IMPORTS = 0.0995  # of all code lines

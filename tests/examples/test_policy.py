@@ -38,3 +38,21 @@ def test_an_episode_of_the_training_repeats_itself_and_a_generation_changes_the_
     done = subprocess.run(command, cwd=FOLDER, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "generation   1  reward: mean" in done.stdout
+
+
+ROOMS = """
+from ppo import Rooms
+
+first, again = Rooms(3), Rooms(3)
+seen = [(first.reset()[0], again.reset()[0]) for _ in range(3)]
+assert all((one[name] == other[name]).all() for one, other in seen for name in one)
+assert (seen[0][0]["robot"] != seen[1][0]["robot"]).any()
+"""
+
+
+def test_the_rooms_that_a_network_is_trained_in_follow_from_their_seed_and_differ():
+    environment = {**os.environ, "PYTHONPATH": str(FOLDER)}
+    done = subprocess.run(
+        [sys.executable, "-c", ROOMS], cwd=FOLDER, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
