@@ -1,6 +1,6 @@
 """Trains a network in the rooms of scenes.py by PPO of stable-baselines3 (Schulman et al. 2017), then tries it.
 
-    uv run --with stable-baselines3 python ppo.py --minutes 6        # writes ppo.zip
+    uv run --with stable-baselines3 python ppo.py --minutes 6        # with PyTorch; writes ppo.zip
 
 Training and trial draw other rooms. The network sees the blocks `robot` and `people`.
 """
