@@ -6,7 +6,8 @@
 A unicycle is told the true positions and velocities within 5 m, decides every 0.25 s, and reaches speed and turn rate
 of each decision at once, within its accelerations. Cases from 250 on are other layouts than the published ones. That is
 CrowdNav++, whose people do not see the robot. In a scene of mjnav's, without noise, they may: the true future is then
-what follows if the robot goes on as it was told last. There are no rows of reactions and goals there.
+what follows if the robot goes on as it was told last. There are no rows of reactions and goals there,
+and one of waypoints only with --prediction waypoints, where all people have some.
 """
 
 import argparse
@@ -176,19 +177,18 @@ def scene_episode(prediction: str, scene: str, method: str, seed: int) -> tuple[
     rng, ahead = np.random.default_rng(seed), predictor(prediction)
     parameters = {**scenario.control.parameters, "preferred_speed": scenario.robot.preferred_speed}
     controller = make_controller(method, scenario.robot.limits, scenario.control.period, **parameters)
-    crowd = SimpleNamespace(
-        rules=SimpleNamespace(period=STEP),
-        goal=[np.tile(p.behaviour.waypoints, (8, 1)) for p in scenario.people],
-        max_speed=np.array([p.behaviour.speed for p in scenario.people]),
-    )
+    crowd = SimpleNamespace(rules=SimpleNamespace(period=STEP), goal=[])
+    if prediction == "waypoints":
+        crowd.goal = [np.tile(person.behaviour.waypoints, (8, 1)) for person in scenario.people]
+        crowd.max_speed = np.array([person.behaviour.speed for person in scenario.people])
     with mjnav.Simulation(scenario, log=False) as simulation:
         while not simulation.done:
             seen, now = simulation.observe(), simulation.truth
             there = np.flatnonzero(np.isfinite(now.people_position[:, 0]))
             crowd.position, crowd.velocity = now.people_position, now.people_velocity
-            for i in there:
-                if np.hypot(*(crowd.goal[i][0] - crowd.position[i])) <= REACHED:
-                    crowd.goal[i] = np.roll(crowd.goal[i], -1, axis=0)
+            for i, goal in enumerate(crowd.goal):
+                if np.hypot(*(goal[0] - crowd.position[i])) <= REACHED:
+                    crowd.goal[i] = np.roll(goal, -1, axis=0)
             futures = simulated(simulation) if prediction == "truth" else ahead(crowd, rng)
             samples = len(seen.robot_pose) // futures.shape[1] * futures.shape[1]
             people = tuple(
@@ -235,7 +235,7 @@ def main(arguments: list[str] | None = None) -> None:
     cases = range(given.first, given.first + given.cases)
     with ProcessPoolExecutor(given.workers, get_context("spawn")) as pool:
         for prediction in given.prediction or [
-            name for name in PREDICTIONS if not (given.scene and name in ("reactions", "goals"))
+            name for name in PREDICTIONS if not (given.scene and name in ("reactions", "waypoints", "goals"))
         ]:
             run = partial(episode, prediction, given.method, limits)
             if given.scene:

@@ -19,11 +19,8 @@ import cma
 import gymnasium
 import numpy as np
 from policy import FEATURES, WEIGHTS, action, untrained
-from scenes import EMPTY, random_scene
+from scenes import EMPTY, REWARD, random_scene
 
-# Reaching the goal is worth 1, a collision costs 1, and a second 0.02; being near people costs as published. Progress
-# tells a policy that stands still from one that nearly arrives.
-REWARD = {"goal": 1.0, "collision": 4.0, "discomfort": 0.5, "progress": 0.05, "time": 0.02, "control": 0.005}
 FIRST_SEED = 1_000_000  # of the episodes' noise, far from those of study.toml
 
 
