@@ -173,7 +173,7 @@ class RobotLimits:
     max_acceleration: float = 1.0
     max_turn_acceleration: float = 3.0
     radius: float = 0.22
-    track_width: float = TRACK_WIDTH  # that counts in turns: more than it measures where wheels skid
+    track_width: float = TRACK_WIDTH  # between the wheels' contact points, which in turns may skid
     cover: tuple[tuple[float, float], ...] = ()  # discs of a long body: [m] ahead of the centre, radius [m]; () is one
 
     def __post_init__(self):

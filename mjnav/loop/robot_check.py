@@ -95,7 +95,9 @@ def checked(scenario: Scenario) -> Iterator[Figure]:
     settles = ticks(turn / robot.max_turn_acceleration + SETTLES)
     run = driven(scenario, [(0.0, turn)] * (settles + ticks(MEASURED)))
     rate = float(run.turn_rate[settles:].mean())
+    reached, ramp = int(np.argmax(run.turn_rate >= 0.9 * rate)) + 1, 0.9 * turn / robot.max_turn_acceleration
     yield Figure("spin", "turn rate, of the commanded", rate / turn, "", 0.95, 1.05)
+    yield Figure("spin", "until 90 % of the turn rate", reached * period, "s", 0.0, ramp + 3.0 * period + 0.2)
     away = np.hypot(*(run.poses[:, :2] - run.poses[0, :2]).T)
     yield Figure("spin", "away from its place", float(away.max()), "m", 0.0, 0.5 * robot.radius)
     if robot.base is not None:

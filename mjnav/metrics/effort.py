@@ -29,7 +29,7 @@ LEAVING_ANGLE = 0.2  # [rad] between where it leads and where the goal is: 11 de
 def control_cost(command: Array, period: float, track_width: float = TRACK_WIDTH) -> float:
     """Sum of (dv^2 + (b/2)^2 domega^2) / dt over commands (T, 2) from rest, b the track width [m^2/s^3].
 
-    (b/2) domega is the change of the wheels' speeds by turning, so both terms are speeds.
+    (b/2) domega is the change of the speed over ground where the wheels are, so both terms are speeds.
     """
     change = np.diff(command, axis=0, prepend=np.zeros((1, 2)))
     return float((change**2 @ [1.0, (0.5 * track_width) ** 2]).sum() / period)
@@ -44,9 +44,9 @@ def command_cost(trajectory: Trajectory, scenario: Scenario) -> float:
     """`control_cost` of a run's commands.
 
     * control_cost: sum of (dv^2 + (track_width/2)^2 domega^2)/dt over the commands, from rest: both terms are changes
-      of the wheels' speeds
+      of speed where the wheels are
     """
-    return control_cost(trajectory.command, scenario.control.period, scenario.robot.drive.track_width)
+    return control_cost(trajectory.command, scenario.control.period, scenario.robot.limits.track_width)
 
 
 @figures("path", Definition("time_to_avoid_s", better=LOWER, null="no nominal control"))

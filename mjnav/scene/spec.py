@@ -13,7 +13,7 @@ import numpy as np
 
 from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
-from mjnav.messages import RobotLimits
+from mjnav.messages import TRACK_WIDTH, RobotLimits
 from mjnav.motion.unicycle import Drive
 from mjnav.noise import CHANNELS, TIMED_CHANNELS, Distribution, NamedDistribution, made, profile, profile_names
 
@@ -125,7 +125,7 @@ class Robot(Settled):
             max_acceleration=self.max_acceleration,
             max_turn_acceleration=self.max_turn_acceleration,
             radius=self.radius,
-            track_width=self.drive.track_width,
+            track_width=TRACK_WIDTH if self.base is None else self.base.track_width,
             cover=covering(*self.footprint, self.discs) if self.footprint and self.discs else (),
         )
 

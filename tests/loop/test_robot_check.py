@@ -22,11 +22,11 @@ def test_a_drive_with_a_wrong_factor_is_told(tmp_path, capsys):
     """1.7 in place of the calibrated factor: the check says which it asks for, and fails."""
     for name in ("robot.toml", "robot.xml"):
         text = (data_folder("models") / "robots" / "jackal" / name).read_text()
-        (tmp_path / name).write_text(text.replace("turn_factor = 2.05", "turn_factor = 1.7"))
+        (tmp_path / name).write_text(text.replace("turn_factor = 2.03", "turn_factor = 1.7"))
     assert main(["robot", "check", str(tmp_path / "robot.toml")]) == 1
     (row,) = [line for line in capsys.readouterr().out.splitlines() if "turn_factor that" in line]
     assert row.endswith("out")
-    assert float(row.split("asks for")[1].split()[0]) == pytest.approx(2.05, rel=0.06)
+    assert float(row.split("asks for")[1].split()[0]) == pytest.approx(2.03, rel=0.06)
 
 
 def test_a_robot_that_is_none_is_bad_input(capsys):
