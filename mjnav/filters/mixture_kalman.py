@@ -131,7 +131,10 @@ def corrected(chosen: Indices, mean: Matrix, covariance: Cube, measured: Vector,
         owner[j] = i
         before = covariance[i]
         if k == num:
-            m[j], P[j] = mean[i], before
+            for r in range(4):
+                m[j, r] = mean[i, r]
+                for s in range(4):
+                    P[j, r, s] = before[r, s]
             continue
         a, b, d = _innovation(before, age)
         a, b, d = a + noise[k, 0, 0], b + noise[k, 0, 1], d + noise[k, 1, 1]

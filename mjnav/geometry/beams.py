@@ -20,7 +20,8 @@ def cast(origin: Vector, angles: Vector, discs: Matrix, boxes: Matrix, max_range
     num_within = 0
     for j in range(len(boxes)):
         if not box_distance(origin[0], origin[1], boxes[j]) > max_range + ROUNDING:
-            within[num_within] = boxes[j]
+            for c in range(boxes.shape[1]):
+                within[num_within, c] = boxes[j, c]
             num_within += 1
     boxes = within[:num_within]
     ranges = np.full(len(angles), np.inf)
