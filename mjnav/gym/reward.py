@@ -74,7 +74,7 @@ def _discomfort(step: Transition) -> float:
 def _control(step: Transition) -> float:
     commands = np.array([step.command_before, step.command])
     scenario = step.scenario
-    return -control_cost(commands - step.command_before, scenario.control.period, scenario.robot.limits.track_width)
+    return -control_cost(commands - step.command_before, scenario.control.period, scenario.robot.track_width)
 
 
 TERMS: Mapping[str, Term] = MappingProxyType(

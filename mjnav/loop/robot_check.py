@@ -77,17 +77,21 @@ def checked(scenario: Scenario) -> Iterator[Figure]:
     def ticks(duration: float) -> int:
         return ceil(duration / period)
 
+    def rise(manoeuvre: str, what: str, found: Array, share: float, end: float, ramp: float) -> Figure:
+        """When a motion (T,) reaches a share of its `end`, all of which an ideal `ramp` reaches [s]."""
+        reached = (int(np.argmax(found >= share * end)) + 1) * period
+        most = share * ramp + 3.0 * period + 0.2
+        return Figure(manoeuvre, f"until {100.0 * share:.0f} % of the {what}", reached, "s", 0.0, most)
+
     settles = ticks(speed / robot.max_acceleration + SETTLES)
     stops = ticks(2.0 * speed / robot.max_acceleration + SETTLES)
     run = driven(scenario, [(speed, 0.0)] * (settles + ticks(MEASURED)) + [(0.0, 0.0)] * stops)
     at_speed = settles + ticks(MEASURED)
     straight, length = float(run.speed[settles:at_speed].mean()), float(run.poses[at_speed, 0])
-    reached = int(np.argmax(run.speed >= 0.95 * straight)) + 1
-    ramp = 0.95 * speed / robot.max_acceleration
     ideal = speed**2 / (2.0 * robot.max_acceleration) + speed * period
     yield Figure("straight", "speed, of the commanded", straight / speed, "", 0.97, 1.03)
     yield Figure("straight", "aside after 1 m", abs(float(run.poses[at_speed, 1])) / length, "m", 0.0, 0.02)
-    yield Figure("straight", "until 95 % of the speed", reached * period, "s", 0.0, ramp + 3.0 * period + 0.2)
+    yield rise("straight", "speed", run.speed, 0.95, straight, speed / robot.max_acceleration)
     stopped = float(run.poses[-1, 0] - run.poses[at_speed, 0])
     yield Figure("stop", "way from full speed", stopped, "m", 0.0, 1.2 * ideal + 0.05)
     yield Figure("stop", "speed at the end", abs(float(run.speed[-1])), "m/s", 0.0, 0.02)
@@ -95,9 +99,8 @@ def checked(scenario: Scenario) -> Iterator[Figure]:
     settles = ticks(turn / robot.max_turn_acceleration + SETTLES)
     run = driven(scenario, [(0.0, turn)] * (settles + ticks(MEASURED)))
     rate = float(run.turn_rate[settles:].mean())
-    reached, ramp = int(np.argmax(run.turn_rate >= 0.9 * rate)) + 1, 0.9 * turn / robot.max_turn_acceleration
     yield Figure("spin", "turn rate, of the commanded", rate / turn, "", 0.95, 1.05)
-    yield Figure("spin", "until 90 % of the turn rate", reached * period, "s", 0.0, ramp + 3.0 * period + 0.2)
+    yield rise("spin", "turn rate", run.turn_rate, 0.9, rate, turn / robot.max_turn_acceleration)
     away = np.hypot(*(run.poses[:, :2] - run.poses[0, :2]).T)
     yield Figure("spin", "away from its place", float(away.max()), "m", 0.0, 0.5 * robot.radius)
     if robot.base is not None:

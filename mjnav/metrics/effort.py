@@ -46,7 +46,7 @@ def command_cost(trajectory: Trajectory, scenario: Scenario) -> float:
     * control_cost: sum of (dv^2 + (track_width/2)^2 domega^2)/dt over the commands, from rest: both terms are changes
       of speed where the wheels are
     """
-    return control_cost(trajectory.command, scenario.control.period, scenario.robot.limits.track_width)
+    return control_cost(trajectory.command, scenario.control.period, scenario.robot.track_width)
 
 
 @figures("path", Definition("time_to_avoid_s", better=LOWER, null="no nominal control"))

@@ -116,6 +116,11 @@ class Robot(Settled):
         return Drive() if self.base is None else self.base.drive
 
     @property
+    def track_width(self) -> float:
+        """Between the wheels' contact points [m]."""
+        return TRACK_WIDTH if self.base is None else self.base.track_width
+
+    @property
     def limits(self) -> RobotLimits:
         """The limits as controllers take them."""
         return RobotLimits(
@@ -125,7 +130,7 @@ class Robot(Settled):
             max_acceleration=self.max_acceleration,
             max_turn_acceleration=self.max_turn_acceleration,
             radius=self.radius,
-            track_width=TRACK_WIDTH if self.base is None else self.base.track_width,
+            track_width=self.track_width,
             cover=covering(*self.footprint, self.discs) if self.footprint and self.discs else (),
         )
 

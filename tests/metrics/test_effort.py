@@ -27,6 +27,15 @@ def test_a_narrower_robot_pays_less_for_turning(trajectory_through):
     assert effort.command_cost(trajectory, narrow) == pytest.approx(2 * 0.08**2 / narrow.control.period)
 
 
+def test_wheels_that_skid_cost_what_the_ground_sees(trajectory_through):
+    """A Jackal's wheels differ 2.03 times as much as rolling asks for: the figure and a planner go by the 0.376 m."""
+    skids = mjnav.load_scenario("crossing1", {"robot.model": "jackal"})
+    assert skids.robot.limits.track_width == 0.376 < skids.robot.drive.track_width
+    trajectory = trajectory_through([[0.0, 0.0], [0.05, 0.0], [0.1, 0.0]])
+    trajectory = replace(trajectory, command=np.array([[0.0, 1.0], [0.0, 0.0]]))
+    assert effort.command_cost(trajectory, skids) == pytest.approx(2 * 0.188**2 / skids.control.period)
+
+
 def straight_run(trajectory_through, nominal):
     nominal = np.asarray(nominal, float)
     xy = [[0.05 * i, 0.0] for i in range(len(nominal) + 1)]
