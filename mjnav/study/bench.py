@@ -224,7 +224,8 @@ def comparison(bench: Bench, reference: Reference, store: Store, methods: Sequen
         folder=str(store.folder), study=BENCH, figures=FIGURES, tables=tuple(tables), num_seeds=0, absent=(),
         causes=Counter(error for error in found["error"].to_pylist() if error is not None),
         revisions=tuple(sorted({*found["revision"].to_pylist(), *filter(None, [reference.made.get("revision")])})),
-        machines=tuple(sorted(set(found["machine"].to_pylist()))), others=(), inconsistencies=(), ratios=True,
+        machines=tuple(sorted(set(found["machine"].to_pylist()))), others=(), inconsistencies=(),
+        ratios=True, overview=len(bench.suites) > 1,
     )  # fmt: skip
 
 

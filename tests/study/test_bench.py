@@ -96,6 +96,13 @@ def test_without_a_method_the_reference_is_shown_whole(small, reference, tmp_pat
     assert [(one.label, one.num) for one in table.rows] == [("rkhs-plan", 30), ("orca", 30)]
 
 
+def test_an_episode_counts_once_beside_the_table_over_all_suites(bench, reference, tmp_path):
+    both = bench.only(["dsrnn", "crowdnav"])
+    results = comparison(both, reference, Store(tmp_path / "none"), [])
+    assert [table.scene for table in results.tables] == ["all suites", "dsrnn"]
+    assert results.num_episodes == 60
+
+
 def test_rows_of_another_version_or_world_are_not_compared(small, reference, tmp_path):
     store, mine = own(tmp_path, range(10)), small.entry("mine.py:Own", {})
     (suite,) = small.suites

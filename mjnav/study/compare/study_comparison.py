@@ -227,6 +227,7 @@ class StudyComparison:
     scenes_per_table: int = 1  # all of the study's, where they are pooled
     settings_per_table: int = 1  # and the same
     ratios: bool = False  # whether tables show ratios of costs to the reference's in place of differences
+    overview: bool = False  # whether the first table is of all the others together
 
     @property
     def rows(self) -> list[tuple[Comparison, MethodRow]]:
@@ -236,7 +237,7 @@ class StudyComparison:
     @property
     def num_episodes(self) -> int:
         """Rows, including those of failed episodes."""
-        return sum(row.num for _, row in self.rows)
+        return sum(row.num for table in self.tables[self.overview :] for row in table.rows)
 
     @property
     def num_missing(self) -> int:

@@ -1,6 +1,6 @@
-"""How much faster than real time a scene runs, against people, samples and particles; everything logged, headless.
+"""What a tick costs by people, samples, particles, candidates and beams, with exponents; everything logged, headless.
 
-    uv run python benchmarks/real_time_factor.py hall
+    uv run python benchmarks/scaling.py hall
 
 Each point runs the same seed for --duration simulated seconds, back and forth between start and goal,
 whatever it hits, and the best of --repeat runs counts: what else the machine does only ever slows a run down.
@@ -9,12 +9,16 @@ whatever it hits, and the best of --repeat runs counts: what else the machine do
 import argparse
 import sys
 import tempfile
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from math import hypot
 from pathlib import Path
 
 import numpy as np
 
+from mjnav.control.problem.fan import num_rollouts
+from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.realtime.stress import shuttling
@@ -23,9 +27,13 @@ from mjnav.rng import stream
 from mjnav.scene.check import check
 from mjnav.scene.spec import Person, Scenario, Waypoints
 
-PEOPLE = (1, 2, 5, 10, 20, 50, 100)
+PEOPLE = (1, 2, 5, 10, 20, 50, 100, 200)
 SAMPLES = (25, 50, 100, 200, 400)
-PARTICLES = (100, 300, 1000, 3000, 10_000)
+PARTICLES = (100, 300, 1000, 3000, 10_000, 100_000)
+CANDIDATES = (10, 20, 40, 80)  # speeds, and turn rates: 100 to 6400 candidates
+MOVES = ((2, 2), (2, 4), (3, 7), (5, 17), (10, 27))  # speeds and turn rates of a planner: 149 to 6260 rollouts
+BEAMS = (90, 180, 360, 720, 1440, 2880)
+PHASES = ("estimate", "control", "record", "tick")
 MARGIN = 2.0  # [m] around everything on the map, where people may walk
 MAX_TRIES = 1000  # places a person
 
@@ -38,15 +46,18 @@ def best(scenario: Scenario, duration: float, repeat: int) -> dict:
     return max(runs, key=lambda summary: summary["real_time_factor"])
 
 
-def print_curve(what: str, points: dict[int, Scenario], arguments: argparse.Namespace) -> None:
-    """One row a point."""
-    print(f"\n{what:>10}  × real time   tick p50   p99 [ms]   estimate   control   record")
+def print_curve(what: str, points: Mapping[int, Scenario], arguments: argparse.Namespace) -> None:
+    """One row a point, and the exponents of the times in the number: the slope of their logarithms, upper half."""
+    print(f"\n{what:>10}  × real time" + "".join(f"{phase:>10}" for phase in PHASES) + "   p50 [ms]")
+    rows = []
     for number, scenario in points.items():
         summary = best(scenario, arguments.duration, arguments.repeat)
-        ms = summary["compute_ms"]
-        phases = "   ".join(f"{ms[phase]['p50']:7.2f}" for phase in ("estimate", "control", "record"))
-        tick = f"{ms['tick']['p50']:8.2f}   {ms['tick']['p99']:8.2f}"
-        print(f"{number:>10}  {summary['real_time_factor']:11.1f}   {tick}    {phases}", flush=True)
+        rows.append([summary["compute_ms"][phase]["p50"] for phase in PHASES])
+        times = "".join(f"{time:10.2f}" for time in rows[-1])
+        print(f"{number:>10}  {summary['real_time_factor']:11.1f}{times}", flush=True)
+    upper = slice(len(rows) // 2, None)
+    slopes = np.polyfit(np.log(list(points)[upper]), np.log(rows[upper]), 1)[0]
+    print(f"{'exponent':>10}  {'':11}" + "".join(f"{slope:10.2f}" for slope in slopes), flush=True)
 
 
 def crowd(scenario: Scenario, num_people: int) -> Scenario:
@@ -78,6 +89,15 @@ def crowd(scenario: Scenario, num_people: int) -> Scenario:
     return replace(scenario, people=people)
 
 
+def crowds(scenario: Scenario) -> dict[int, Scenario]:
+    """The scenario by number of people, as long as there is room for them."""
+    points = {}
+    with suppress(InvalidValue):
+        for number in PEOPLE:
+            points[number] = crowd(scenario, number)
+    return points
+
+
 def _bounds(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     """The lowest and highest (x, y) where people may walk."""
     robot = scenario.robot
@@ -89,11 +109,14 @@ def _bounds(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     return corners.min(axis=0) - margin, corners.max(axis=0) + margin
 
 
-def with_particles(scenario: Scenario, number: int) -> Scenario:
-    """The scenario with `number` particles for the robot and for each person."""
-    estimation = scenario.estimation
-    robot, obstacles = (replace(part, particles=number) for part in (estimation.robot, estimation.obstacles))
-    return replace(scenario, estimation=replace(estimation, robot=robot, obstacles=obstacles))
+def candidates_of(method: str, period: float) -> dict[int, tuple[str, ...]]:
+    """Overrides by how many candidates, or rollouts, a method has with them; none for a method without such numbers."""
+    parameters = shipped_parameters(method, period)
+    if hasattr(parameters, "num_turn_rates"):
+        return {num_rollouts(v, w): (f"control.num_speeds={v}", f"control.num_turn_rates={w}") for v, w in MOVES}
+    if hasattr(parameters, "num_omega"):
+        return {n * n: (f"control.num_v={n}", f"control.num_omega={n}") for n in CANDIDATES}
+    return {}
 
 
 def main() -> int:
@@ -102,14 +125,31 @@ def main() -> int:
     parser.add_argument("--controller")
     parser.add_argument("--duration", type=float, default=10.0, help="simulated [s] a run")
     parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--only", choices=("people", "samples", "particles", "candidates", "beams"))
     arguments = parser.parse_args()
-    scenario = load_scenario(arguments.scene, controller=arguments.controller)
-    control = scenario.control
-    samples = {n: replace(control, parameters={**control.parameters, "samples": n}) for n in SAMPLES}
-    print(f"{arguments.scene}, {control.method}, {control.rate:g} Hz, everything logged")
-    print_curve("people", {n: crowd(scenario, n) for n in PEOPLE}, arguments)
-    print_curve("samples", {n: replace(scenario, control=changed) for n, changed in samples.items()}, arguments)
-    print_curve("particles", {n: with_particles(scenario, n) for n in PARTICLES}, arguments)
+    scene, method = arguments.scene, arguments.controller
+
+    def changed(*overrides: str) -> Scenario:
+        return load_scenario(scene, overrides, controller=method)
+
+    scenario = changed()
+    method = scenario.control.method
+    print(f"{scene}, {method}, {scenario.control.rate:g} Hz, everything logged")
+    curves = {
+        "people": lambda: crowds(scenario),
+        "samples": lambda: {n: changed(f"control.samples={n}") for n in SAMPLES},
+        "particles": lambda: {
+            n: changed(f"estimation.robot.particles={n}", f"estimation.obstacles.particles={n}") for n in PARTICLES
+        },
+        "candidates": lambda: {
+            n: changed(*overrides) for n, overrides in candidates_of(method, scenario.control.period).items()
+        },
+    }
+    if "lidar" in (scenario.estimation.robot.source, scenario.estimation.obstacles.source):
+        curves["beams"] = lambda: {n: changed(f"sensors.lidar.beams={n}") for n in BEAMS}
+    for what, points in curves.items():
+        if arguments.only in (None, what):
+            print_curve(what, points(), arguments)
     return 0
 
 
