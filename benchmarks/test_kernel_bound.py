@@ -19,6 +19,7 @@ compiled like the kernel.
 """
 
 from math import inf
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,7 +62,8 @@ def test_the_kernel_runs_near_the_machines_arithmetic(
 ):
     observation = approaching()
     # Without the clip no pair is out of reach: every sample is evaluated.
-    problem = make_controller("rkhs", limits, 0.1, degree=degree, clip=inf).problem(observation)
+    controller: Any = make_controller("rkhs", limits, 0.1, degree=degree, clip=inf)
+    problem = controller.problem(observation)
     c, cone = problem.candidates, problem.cone
     no_hinge = np.zeros(len(cone.sizes), bool)
 

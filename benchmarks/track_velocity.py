@@ -16,6 +16,7 @@ every filter, over N seeds (12 by default):
 import argparse
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -57,7 +58,7 @@ class Scans:
         return np.ones(len(points))
 
 
-def velocities(make: Callable[[int], object], seed: int, noise, source: str) -> Array:
+def velocities(make: Callable[[int], Any], seed: int, noise, source: str) -> Array:
     """Mean velocities of the four, (T, 4, 2)."""
     tracker, truth = make(seed), paths()
     errors = np.zeros(truth.shape)
