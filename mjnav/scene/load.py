@@ -74,7 +74,7 @@ def loads(
     """
     document = parse(text, file)
     if folder is not None:
-        document = _with_places(document, folder)
+        document = placed(document, folder)
     changed: dict[str, str] = {}  # key -> the argument that set it
     if controller is not None:
         control = document.get("control")
@@ -100,17 +100,6 @@ def loads(
     except InvalidValue as error:
         raise error.within(file=origin(error.key, file, changed)) from None
     return replace(scenario, source=file)
-
-
-def _with_places(part: Any, folder: Path) -> Any:
-    """The tables of a run file in `folder`, in which every "file.py:Class" that lies there has its absolute path."""
-    if isinstance(part, str):
-        return placed(part, folder)
-    if isinstance(part, dict):
-        return {key: _with_places(item, folder) for key, item in part.items()}
-    if isinstance(part, list):
-        return [_with_places(item, folder) if isinstance(item, str | dict) else item for item in part]
-    return part
 
 
 def _scenario(document: dict[str, Any], *, recorded: bool = False) -> Scenario:

@@ -79,15 +79,22 @@ def _class_of(thing: Any) -> Any:
     return thing if inspect.isclass(thing) or inspect.isroutine(thing) else type(thing)
 
 
-def placed(name: str, folder: str | os.PathLike[str] = "") -> str:
+def placed(part: Any, folder: str | os.PathLike[str] = "") -> Any:
     """A name "file.py:Class" with the file's absolute path, where it lies in `folder`; others as they are.
 
-    A scenario holds such names: they mean the same file when a plug-in has changed the working folder.
+    Of tables and lists, all names in them. A scenario holds such names: they mean the same file when a plug-in has
+    changed the working folder.
     """
-    file, colon, class_name = name.rpartition(":")
+    if isinstance(part, dict):
+        return {key: placed(item, folder) for key, item in part.items()}
+    if isinstance(part, list):
+        return [placed(item, folder) if isinstance(item, str | dict) else item for item in part]
+    if not isinstance(part, str):
+        return part
+    file, colon, class_name = part.rpartition(":")
     path = os.path.join(folder, file)
     if not (colon and _is_file(file)) or os.path.isabs(file) or not os.path.isfile(path):
-        return name
+        return part
     return f"{os.path.abspath(path)}:{class_name}"
 
 

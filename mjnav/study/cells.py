@@ -143,8 +143,8 @@ def resolve(study: StudyFile, overrides: Sequence[str | Override] = (), scenes: 
 def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[str | Override], folder: Path) -> Cell:
     setting, method = variant.names
     where = f"{study.source}: scene {scene}, setting {setting}"
-    own = {**flat(study.set), **variant.overrides}
-    given = [*(Override(*item, where) for item in own.items()), *overrides]
+    own = placed({**flat(study.set), **variant.overrides}, folder)
+    given = [*(Override(key, value, where) for key, value in own.items()), *overrides]
     controller = placed(variant.method.controller, folder)
     try:
         scenario = load_scenario(variant.scene, given, controller=controller)

@@ -47,6 +47,27 @@ def cells(tmp_path):
     return resolved
 
 
+PLUGINS = """
+from mjnav.control.methods.mean import Mean
+class Own(Mean): ...
+class Still:
+    def __init__(self, scenario, seed, parameters): ...
+    def predict(self, crowd): ...
+"""
+
+
+def test_a_file_of_ones_own_lies_beside_the_study_whatever_key_names_it(cells, tmp_path):
+    (tmp_path / "own.py").write_text(PLUGINS)
+    found = cells(
+        'schema = 1\nname = "own"\nscenes = ["crossing1"]\nmethods = [{ controller = "own.py:Own" }]\n'
+        'settings = [{ name = "still", set.prediction.model = "own.py:Still" }]\n'
+    )
+    scenario = loads(found[0].document)
+    assert (
+        scenario.prediction.model.name == scenario.control.method.replace("Own", "Still") == f"{tmp_path}/own.py:Still"
+    )
+
+
 def test_every_scene_meets_every_setting_value_and_method(cells):
     found = cells(STUDY)
     methods = ("mine weight=0.3 form=line", "mine weight=3.0 form=line", "mean")
