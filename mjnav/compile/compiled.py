@@ -106,11 +106,6 @@ def exact(function: Callable[..., Any]) -> Any:
     return Kernel(function, error_model="numpy", nogil=True, forceinline=True)
 
 
-def elementwise(function: Callable[..., Any]) -> Any:
-    """Compiles a function of numbers into one of arrays that broadcast, as NumPy's own are."""
-    return Kernel(function, elementwise=True)
-
-
 def scalar(function: Callable[..., Any]) -> Any:
     """Compiles a function of numbers, inlined into the kernels that call it."""
     return Kernel(function, fastmath=set(FAST), error_model="numpy", inline="always")
@@ -123,26 +118,20 @@ class Kernel:
     for `_numba_type_`, `py_func` and `targetoptions`.
     """
 
-    def __init__(self, function: Callable[..., Any], *, elementwise: bool = False, **options: Any):
+    def __init__(self, function: Callable[..., Any], **options: Any):
         self.py_func, self.targetoptions = function, options
-        self._elementwise = elementwise
         update_wrapper(self, function)
 
     @cached_property
     def compiled(self) -> Any:
-        """Numba's dispatcher or universal function; the function itself under NUMBA_DISABLE_JIT."""
-        from numba import njit, vectorize
+        """Numba's dispatcher; the function itself under NUMBA_DISABLE_JIT."""
+        from numba import njit
 
         from mjnav.compile.kernel_cache import KernelCache
 
-        cache = KernelCache(self.py_func, self.targetoptions)
-        if self._elementwise:
-            compiled = vectorize(nopython=True)(self.py_func)
-            compiled._dispatcher.cache = cache
-        else:
-            compiled = njit(**self.targetoptions)(self.py_func)
-            if compiled is not self.py_func:
-                compiled._cache = cache
+        compiled = njit(**self.targetoptions)(self.py_func)
+        if compiled is not self.py_func:
+            compiled._cache = KernelCache(self.py_func, self.targetoptions)
         return compiled
 
     @property
@@ -164,17 +153,13 @@ class Kernel:
         arguments = declared(self.py_func)
         if arguments is None or self.compiled is self.py_func:
             return False
-        return (self.compiled._dispatcher.cache if self._elementwise else self.compiled._cache).lacks(arguments)
+        return self.compiled._cache.lacks(arguments)
 
     def load(self) -> None:
         """Loads, or compiles, the machine code for the types that the annotations declare, if they do."""
         arguments = declared(self.py_func)
-        if arguments is None or self.compiled is self.py_func:
-            return
-        if not self._elementwise:
+        if arguments is not None and self.compiled is not self.py_func:
             self.compiled.compile(arguments)
-        elif arguments not in [signature.args for signature in self.compiled._dispatcher.overloads]:
-            self.compiled.add(arguments)
 
 
 MANY = 16  # kernels to compile, for which one more process pays: it takes a second to start

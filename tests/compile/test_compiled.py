@@ -50,8 +50,7 @@ for module in walk_packages(mjnav.__path__, "mjnav."):
 compiled.load_kernels()
 modules = [module for name, module in sys.modules.items() if name.startswith("mjnav.")]
 for each in [v for module in modules for v in vars(module).values() if isinstance(v, compiled.Kernel)]:
-    dispatcher = getattr(each.compiled, "_dispatcher", each.compiled)
-    for kernel in dispatcher.overloads.values():
+    for kernel in each.compiled.overloads.values():
         mangled = kernel.fndesc.mangled_name.removeprefix("_ZN")
         functions = kernel.library._get_module_for_linking().functions
         foreign = [f.name for f in functions if not f.is_declaration and mangled not in f.name]

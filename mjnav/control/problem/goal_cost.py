@@ -9,11 +9,11 @@ two are the cost of Nair et al.; the heading's makes a robot at rest turn to a g
 """
 
 from dataclasses import dataclass
-from math import floor, pi
+from math import pi
 
 import numpy as np
 
-from mjnav.compile.compiled import Matrix, elementwise, exact
+from mjnav.compile.compiled import Matrix, exact
 from mjnav.control.parameters import GoalParameters
 from mjnav.control.problem.candidates import Candidates
 from mjnav.control.rollouts import Rollouts
@@ -22,28 +22,14 @@ from mjnav.messages import Array, RobotLimits
 TINY = 1e-300  # [m], so that the way to a goal that is reached has a length
 
 
-@elementwise
-def _change(v: float, omega: float, v_before: float, omega_before: float, v_weight: float, omega_weight: float):
-    return v_weight * (v - v_before) ** 2 + omega_weight * (omega - omega_before) ** 2
-
-
-def _cost_of(
-    vx: float,
-    vy: float,
-    heading: float,
-    change: float,
-    wanted_x: float,
-    wanted_y: float,
-    bearing: float,
-    heading_weight: float,
-):
+def _cost_of(vx, vy, heading, change, wanted_x, wanted_y, bearing, heading_weight):
+    """J of numbers, or of arrays that broadcast."""
     ex, ey = vx - wanted_x, vy - wanted_y
     turns = (heading - bearing) / (2.0 * pi)
-    half_turns = 2.0 * (turns - floor(turns + 0.5))  # of the wrapped difference
+    half_turns = 2.0 * (turns - np.floor(turns + 0.5))  # of the wrapped difference
     return ex * ex + ey * ey + heading_weight * half_turns * half_turns + change
 
 
-_cost = elementwise(_cost_of)
 _cost_at = exact(_cost_of)
 
 
@@ -133,15 +119,15 @@ class GoalCost:
     ) -> "GoalCost":
         """For a mean heading and the command decided last, `twist` (2,)."""
         p = parameters
-        after = heading + candidates.omega * p.preview
-        dv, domega = limits.max_acceleration * period, limits.max_turn_acceleration * period
+        c, (v, omega) = candidates, twist.tolist()
+        after = heading + c.omega * p.preview
+        v_weight = p.speed_change_weight / (limits.max_acceleration * period) ** 2
+        turn_weight = p.turn_change_weight / (limits.max_turn_acceleration * period) ** 2
         return cls(
             heading=after,
-            vx=candidates.v * np.cos(after),
-            vy=candidates.v * np.sin(after),
-            change=_change(
-                candidates.v, candidates.omega, *twist, p.speed_change_weight / dv**2, p.turn_change_weight / domega**2
-            ),
+            vx=c.v * np.cos(after),
+            vy=c.v * np.sin(after),
+            change=v_weight * (c.v - v) ** 2 + turn_weight * (c.omega - omega) ** 2,
             speed=min(p.preferred_speed, limits.max_speed),
             approach_time=p.approach_time,
             heading_weight=p.heading_weight,
@@ -154,6 +140,6 @@ class GoalCost:
         speed = np.minimum(self.speed, distance / self.approach_time)
         per_metre = speed / np.maximum(distance, TINY)
         wanted_x, wanted_y, bearing = per_metre * dx, per_metre * dy, np.arctan2(dy, dx)
-        return _cost(
+        return _cost_of(
             self.vx, self.vy, self.heading, self.change, wanted_x, wanted_y, bearing, self.heading_weight
         )  # fmt: skip
