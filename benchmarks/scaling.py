@@ -127,14 +127,13 @@ def main() -> int:
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--only", choices=("people", "samples", "particles", "candidates", "beams"))
     arguments = parser.parse_args()
-    scene, method = arguments.scene, arguments.controller
 
     def changed(*overrides: str) -> Scenario:
-        return load_scenario(scene, overrides, controller=method)
+        return load_scenario(arguments.scene, overrides, controller=arguments.controller)
 
     scenario = changed()
-    method = scenario.control.method
-    print(f"{scene}, {method}, {scenario.control.rate:g} Hz, everything logged")
+    control = scenario.control
+    print(f"{arguments.scene}, {control.method}, {control.rate:g} Hz, everything logged")
     curves = {
         "people": lambda: crowds(scenario),
         "samples": lambda: {n: changed(f"control.samples={n}") for n in SAMPLES},
@@ -142,7 +141,7 @@ def main() -> int:
             n: changed(f"estimation.robot.particles={n}", f"estimation.obstacles.particles={n}") for n in PARTICLES
         },
         "candidates": lambda: {
-            n: changed(*overrides) for n, overrides in candidates_of(method, scenario.control.period).items()
+            n: changed(*overrides) for n, overrides in candidates_of(control.method, control.period).items()
         },
     }
     if "lidar" in (scenario.estimation.robot.source, scenario.estimation.obstacles.source):

@@ -1,6 +1,6 @@
 """The pictures that scripts draw: every `docs/pictures/NAME.py FOLDER` is run before the pages are read.
 
-A page shows them as `/_pictures/NAME-....png`. Where `docs/NAME.md` exists, its text decides the pictures, too.
+A page shows them as `/_pictures/NAME-....png`.
 """
 
 import shlex
@@ -20,8 +20,7 @@ def draw(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "_pictures"
     folder.mkdir(exist_ok=True)
     for script in sorted((Path(app.srcdir) / "pictures").glob("*.py")):
-        page = Path(app.srcdir) / f"{script.stem}.md"
-        current = digest("".join(file.read_text(encoding="utf-8") for file in (script, page) if file.exists()))
+        current = digest(script.read_text(encoding="utf-8"))
         stamp = folder / f"{script.stem}.drawn"
         if stamp.exists() and stamp.read_text() == current:
             continue

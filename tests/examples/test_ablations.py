@@ -9,6 +9,7 @@ import pytest
 
 import mjnav
 from mjnav.rkhs.gaussian import gaussian_mmd_squared
+from mjnav.study.cells import resolve
 from mjnav.study.study_file import load_study
 
 FOLDER = Path(__file__).parents[2] / "examples" / "ablations"
@@ -36,6 +37,12 @@ def test_every_part_drives(part):
     overrides = {"physics.engine": "kinematic", "time_limit": 0.5, "control.samples": 24}
     scenario = mjnav.load_scenario("crossing3", overrides, controller=f"{FOLDER}/parts.py:{part}")
     assert mjnav.run(scenario, seed=0).summary["ticks"] == 5
+
+
+@pytest.mark.parametrize("name", ["hilbert", "sizes", "particles"])
+def test_a_study_is_found_whole_from_another_folder(name):
+    study = load_study(FOLDER / f"{name}.toml")
+    assert len(resolve(study)) == len(study.scenes) * len(study.methods) * max(len(study.settings), 1)
 
 
 def test_the_studies_name_the_parts():

@@ -235,14 +235,19 @@ class StudyComparison:
         return [(table, row) for table in self.tables for row in table.rows]
 
     @property
+    def _counted(self) -> list[MethodRow]:
+        """Every line but those of an overview, whose episodes the other tables have."""
+        return [row for table in self.tables[self.overview :] for row in table.rows]
+
+    @property
     def num_episodes(self) -> int:
         """Rows, including those of failed episodes."""
-        return sum(row.num for table in self.tables[self.overview :] for row in table.rows)
+        return sum(row.num for row in self._counted)
 
     @property
     def num_missing(self) -> int:
         """Episodes of the study file that have no row."""
-        return sum(row.num_missing for _, row in self.rows) + len(self.absent) * (self.num_seeds or 0)
+        return sum(row.num_missing for row in self._counted) + len(self.absent) * (self.num_seeds or 0)
 
     def __repr__(self) -> str:
         return f"StudyComparison({self.folder!r}: {self.num_episodes} episodes, tables: {len(self.tables)})"
