@@ -18,7 +18,7 @@ from types import FrameType
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
     ".": 604,
-    "cli": 2492,
+    "cli": 2515,
     "compile": 339,
     "constraints": 381,
     "control": 3270,
@@ -34,7 +34,7 @@ BUDGETS = {  # code lines
     "report": 2584,
     "rkhs": 92,
     "robot": 4062,
-    "scene": 3670,
+    "scene": 3659,
     "settings": 814,
     "study": 3219,
     "world": 2700,

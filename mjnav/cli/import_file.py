@@ -13,11 +13,12 @@ from mjnav.cli.terminal import print_table, tell
 from mjnav.errors import InputError, InvalidValue
 from mjnav.output_files import new_path, written
 from mjnav.printable import printable
-from mjnav.scene.crowd_import import RADII, Imported, choose_window, import_crowd, scene_tables, scene_text
+from mjnav.scene.crowd_import import Imported, choose_window, import_crowd, scene_tables
 from mjnav.scene.floor_import import MAPS, WORLDS, floor_tables
 from mjnav.scene.load import loads
 from mjnav.scene.map_file import FREE, OCCUPIED, UNKNOWN, read_map
 from mjnav.scene.overrides import apply, overrides_of
+from mjnav.scene.spec import Scenario
 from mjnav.scene.toml import toml_text
 
 LENGTH, MAX_LENGTH = 30.0, 1e6  # [s] of a window
@@ -34,7 +35,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", metavar="FILE", help="a recording (rows of frame, id, x, y, or obsmat), a map's .yaml, or a .world"
     )
-    parser.add_argument("-o", "--output", metavar="FILE.toml", help="write a run file with it, a new file")
+    wrote = parser.add_mutually_exclusive_group()
+    wrote.add_argument("-o", "--output", metavar="FILE.toml", help="write a run file with it, a new file")
+    wrote.add_argument(
+        "--suite",
+        metavar="FILE.toml",
+        help="write a suite for `mjnav bench`, and beside it a run file of every whole part with people",
+    )
     options.start_and_goal(parser)
     parser.add_argument(
         "--frame-rate",
@@ -59,32 +66,39 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Prints what the file holds and writes the run file."""
-    for option in ("frame_rate", "people", "duration"):
+    """Prints what the file holds and writes the run files."""
+    for option in ("frame_rate", "people", "duration", "suite"):
         given = getattr(arguments, option) is not None
         options.check_needs(
             f"--{option.replace('_', '-')}", "`import crowd`", given=given, met=arguments.kind == "crowd"
         )
-    if arguments.kind != "crowd":
-        return _floor(arguments)
-    arguments.duration = LENGTH if arguments.duration is None else arguments.duration
     output = None if arguments.output is None else new_path("--output", arguments.output, ".toml")
+    document = {"schema": 1, **(_crowd if arguments.kind == "crowd" else _floor)(arguments, output)}
+    if arguments.json:
+        print(json.dumps(document, allow_nan=False))
+    else:
+        _print(document)
+    return 0
+
+
+def _crowd(arguments: argparse.Namespace, output: Path | None) -> dict[str, Any]:
+    """What a recording holds, and what was written, as --json has it."""
+    arguments.duration = LENGTH if arguments.duration is None else arguments.duration
+    suite = None if arguments.suite is None else new_path("--suite", arguments.suite, ".toml")
     options.check_needs("--people", "-o FILE.toml", given=arguments.people is not None, met=output is not None)
     table = _crowd_table(arguments)
     try:
         imported = import_crowd(arguments.file, table, arguments.duration)
-        wrote = None if output is None else _write(arguments, imported, table, output)
+        document = _holds_crowd(imported)
+        if output is not None:
+            document["wrote"] = _write(arguments, imported, output)
+        if suite is not None:
+            document["wrote"] = _write_suite(arguments, imported, suite)
     except InvalidValue as error:
         if error.file is not None or error.key in ("frame_rate", "duration"):
             raise
         raise error.within("crowd", file="--set") from None
-    document = _document(imported, wrote)
-    if arguments.json:
-        print(json.dumps(document, allow_nan=False))
-    else:
-        print(printable(imported.crowd.file))
-        _print(document)
-    return 0
+    return document
 
 
 def _crowd_table(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -101,18 +115,11 @@ def _crowd_table(arguments: argparse.Namespace) -> dict[str, Any]:
     return document["crowd"]
 
 
-def _write(arguments: argparse.Namespace, imported: Imported, table: dict[str, Any], output: Path) -> dict[str, Any]:
-    """Writes the run file once it is known to load; what was written, as --json has it."""
+def _write(arguments: argparse.Namespace, imported: Imported, output: Path) -> dict[str, Any]:
+    """Writes the run file of a window; what was written, as --json has it."""
     window = imported.crowd.window or choose_window(imported.tracks.tracks, arguments.duration, arguments.people)
-    tables = scene_tables(imported, window, printable(output.stem), output.absolute().parent)
-    tables["crowd"] = {**table, **tables["crowd"]}
-    for override in overrides_of(arguments.overrides):
-        if not override.key.startswith("crowd."):
-            apply(tables, override, {})
-    text = scene_text(tables)
-    scenario = loads(text, file=str(output), folder=output.absolute().parent)
-    with written(output) as file:
-        file.write(text.encode())
+    text, scenario = _scene(arguments, scene_tables(imported, window, output), output)
+    _write_text(output, text)
     return {
         "file": str(output),
         "window_s": list(window),
@@ -122,11 +129,54 @@ def _write(arguments: argparse.Namespace, imported: Imported, table: dict[str, A
     }
 
 
-def _document(imported: Imported, wrote: dict[str, Any] | None) -> dict[str, Any]:
-    """What the file holds, as --json has it."""
+def _write_suite(arguments: argparse.Namespace, imported: Imported, output: Path) -> dict[str, Any]:
+    """Writes a run file of every whole window, once all are known to load, and the suite of them."""
+    if {"window", "people"} & set(imported.table):
+        raise InputError("--suite has every window, with people who are replayed and who react: set neither")
+    length, texts = arguments.duration, {}
+    for window in imported.survey.windows:
+        if window.people and window.end - window.start > 0.99 * length:
+            file = new_path("--suite", output.with_name(f"{output.stem}-{window.start:g}.toml"), ".toml")
+            texts[file] = _scene(arguments, scene_tables(imported, (window.start, window.end), file), file)[0]
+    if not texts:
+        raise InvalidValue("duration", length, f"at most the recording's {imported.survey.duration:g} s")
+    suite = {
+        "name": printable(output.stem),
+        "version": 1,
+        "description": f"{printable(Path(imported.crowd.file).name)}: {len(texts)} windows of {length:g} s",
+        "scenes": [file.name for file in texts],
+        "seeds": [0],
+        "set": {"physics.engine": "kinematic"},
+        "settings": [{"name": people, "set": {"crowd.people": people}} for people in ("replay", "react")],
+    }
+    for file, text in (*texts.items(), (output, _made(arguments, {"schema": 1, "suites": [suite]}))):
+        _write_text(file, text)
+    return {"file": str(output), "windows": len(texts)}
+
+
+def _scene(arguments: argparse.Namespace, tables: dict[str, Any], output: Path) -> tuple[str, Scenario]:
+    """The text of a run file with what --set gives, and what it loads as."""
+    for override in overrides_of(arguments.overrides):
+        if arguments.kind != "crowd" or not override.key.startswith("crowd."):
+            apply(tables, override, {})
+    text = _made(arguments, tables)
+    return text, loads(text, file=str(output), folder=output.absolute().parent)
+
+
+def _made(arguments: argparse.Namespace, tables: dict[str, Any]) -> str:
+    return f"# Made by `mjnav import {arguments.kind}`.\n{toml_text(tables)}"
+
+
+def _write_text(path: Path, text: str) -> None:
+    with written(path) as file:
+        file.write(text.encode())
+
+
+def _holds_crowd(imported: Imported) -> dict[str, Any]:
+    """What a recording holds, as --json has it."""
     recording, tracks, survey = imported.recording, imported.tracks, imported.survey
     return {
-        "schema": 1,
+        "file": imported.crowd.file,
         "columns": list(recording.columns),
         "rows": len(recording.frame),
         "people": len(recording.labels),
@@ -135,8 +185,6 @@ def _document(imported: Imported, wrote: dict[str, Any] | None) -> dict[str, Any
         "frames": [float(recording.frame.min()), float(recording.frame.max())],
         "frame_step": recording.usual_step,
         "frame_rate_hz": imported.crowd.frame_rate,
-        "frame_rate_basis": "given",
-        "frame_rate_sure": True,
         "tracks": survey.people,
         "gaps": tracks.num_gaps,
         "bridged_gaps": tracks.num_bridged,
@@ -147,30 +195,30 @@ def _document(imported: Imported, wrote: dict[str, Any] | None) -> dict[str, Any
         "speed_m_s": asdict(survey.speeds),
         "mean_time_there_s": survey.mean_time_there,
         "most_at_once": survey.most_at_once,
-        "pairs": survey.pairs,
         "closest_m": survey.closest,
-        "overlapping_pairs": {f"{r:g}": n for r, n in zip(RADII, survey.overlapping, strict=True)},
         "windows": [asdict(window) for window in survey.windows],
-        "wrote": wrote,
+        "wrote": None,
     }
 
 
 def _print(document: dict[str, Any]) -> None:
     """The same for people: a line for each figure, the windows as a table."""
-    figures = {key: value for key, value in document.items() if key not in ("schema", "windows", "wrote")}
-    print("\n".join(f"  {key:17}  {_text(value)}" for key, value in figures.items()))
-    print()
-    rows = [
-        (
-            f"{w['start']:g} to {w['end']:g} s",
-            *(_text(w[key]) for key in ("people", "most_at_once", "closest_at_start")),
-        )
-        for w in document["windows"]
-    ]
-    print_table(rows, ("window", "people", "most at once", "closest at start [m]"), numbers=(1, 2, 3))
-    if document["wrote"] is not None:
+    for key, value in document.items():
+        if key not in ("schema", "windows", "wrote"):
+            print(f"  {key:17}  {_text(value)}")
+    if windows := document.get("windows"):
         print()
-        print("\n".join(f"{key:10}  {_text(value)}" for key, value in document["wrote"].items()))
+        rows = [
+            (
+                f"{w['start']:g} to {w['end']:g} s",
+                *(_text(w[key]) for key in ("people", "most_at_once", "closest_at_start")),
+            )
+            for w in windows
+        ]
+        print_table(rows, ("window", "people", "most at once", "closest at start [m]"), numbers=(1, 2, 3))
+    if wrote := document.get("wrote"):
+        print()
+        print("\n".join(f"{name:10}  {_text(value)}" for name, value in wrote.items()))
 
 
 def _text(value: Any) -> str:
@@ -187,33 +235,22 @@ def _text(value: Any) -> str:
 _MAX_TOLD = 10  # things left out that are told one by one
 
 
-def _floor(arguments: argparse.Namespace) -> int:
-    """The same of a map or a world."""
-    output = None if arguments.output is None else new_path("--output", arguments.output, ".toml")
+def _floor(arguments: argparse.Namespace, output: Path | None) -> dict[str, Any]:
+    """What a map or a world holds, and what was written, as --json has it."""
     suffixes = MAPS if arguments.kind == "map" else WORLDS
     if not arguments.file.endswith(suffixes):
         raise InvalidValue("FILE", arguments.file, f"a {arguments.kind}, a file that ends in {' or '.join(suffixes)}")
-    given = list(overrides_of(arguments.overrides))
-    if output is not None and not {"robot.start", "robot.goal"} <= {override.key for override in given}:
+    given = {override.key for override in overrides_of(arguments.overrides)}
+    if output is not None and not {"robot.start", "robot.goal"} <= given:
         raise InputError("-o needs --start X,Y,HEADING and --goal X,Y")
-    folder = (output or new_path("--output", "x.toml", ".toml")).absolute().parent
-    tables, left_out = floor_tables(arguments.file, folder)
+    tables, left_out = floor_tables(arguments.file, (output or Path("x.toml")).absolute().parent)
     document = _holds(arguments, tables, left_out)
     tell_left_out(left_out)
     if output is not None:
-        tables["name"] = printable(output.stem)
-        for override in given:
-            apply(tables, override, {})
-        text = f"# Made by `mjnav import {arguments.kind}`.\n{toml_text(tables)}"
-        scenario = loads(text, file=str(output), folder=folder)
-        with written(output) as file:
-            file.write(text.encode())
+        text, scenario = _scene(arguments, {**tables, "name": printable(output.stem)}, output)
+        _write_text(output, text)
         document["wrote"] = {"file": str(output), "pillars": len(scenario.pillars), "walls": len(scenario.walls)}
-    if arguments.json:
-        print(json.dumps(document, allow_nan=False))
-    else:
-        print("\n".join(f"  {key:12}  {_text(value)}" for key, value in document.items() if key != "schema"))
-    return 0
+    return document
 
 
 def tell_left_out(left_out: list[str]) -> None:
@@ -228,13 +265,12 @@ def _holds(arguments: argparse.Namespace, tables: dict[str, Any], left_out: list
     """What the file holds, as --json has it."""
     if arguments.kind == "world":
         counts = {key: len(tables.get(key, ())) for key in ("pillars", "walls")}
-        return {"schema": 1, **counts, "left_out": left_out}
+        return {**counts, "left_out": left_out}
     grid = read_map(arguments.file)
     states = (("occupied", OCCUPIED), ("free", FREE), ("unknown", UNKNOWN))
     shares = {name: float(np.mean(grid.cells == state)) for name, state in states}
     info = grid.info
     return {
-        "schema": 1,
         "cells": list(grid.cells.shape[::-1]),
         "resolution_m": info.resolution,
         "origin": list(info.origin),

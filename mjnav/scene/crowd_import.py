@@ -27,14 +27,12 @@ from mjnav.scene.crowd import (
     read_recording,
     tracks_of,
 )
-from mjnav.scene.toml import toml_text
 from mjnav.settings import read
 
 # ------------------------------------------------------------------------------------------ survey
 
 
 Moments = Mapping[int, Array]  # number of the step -> positions (n, 2) [m] of all who are there
-RADII = (0.2, 0.25, 0.3)  # [m] of discs whose overlaps are counted
 _LEAST_WINDOW = 1.0  # [s] of the last one
 
 
@@ -61,7 +59,7 @@ class Window:
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """The tracks in figures. Pairs are of people who are there at one moment, every usual step of the recording."""
+    """The tracks in figures, of people who are there at one moment every usual step of the recording."""
 
     people: int
     duration: float  # [s] from the first row to the last
@@ -69,9 +67,7 @@ class Survey:
     speeds: Speeds
     mean_time_there: float  # [s]
     most_at_once: int
-    pairs: int
     closest: float | None  # [m] between centres
-    overlapping: tuple[int, ...]  # pairs whose discs overlap, for each of RADII
     windows: tuple[Window, ...]
 
 
@@ -81,7 +77,6 @@ def survey(tracks: Sequence[Track], step: float, length: float) -> Survey:
     there = np.array([track.rows[-1, 0] - track.rows[0, 0] for track in tracks])
     moments = _moments(tracks, step)
     distances = [_closest(positions) for positions in moments.values()]
-    overlapping = np.array([_overlapping(positions) for positions in moments.values()], int).reshape(-1, len(RADII))
     low, high = rows[:, 1:].min(axis=0).tolist(), rows[:, 1:].max(axis=0).tolist()
     return Survey(
         people=len(tracks),
@@ -90,9 +85,7 @@ def survey(tracks: Sequence[Track], step: float, length: float) -> Survey:
         speeds=_speeds(tracks),
         mean_time_there=float(there.mean()),
         most_at_once=max(map(len, moments.values()), default=0),
-        pairs=sum(len(positions) * (len(positions) - 1) // 2 for positions in moments.values()),
         closest=min((distance for distance in distances if distance is not None), default=None),
-        overlapping=tuple(overlapping.sum(axis=0).tolist()),
         windows=tuple(_windows(tracks, moments, step, length)),
     )
 
@@ -130,15 +123,6 @@ def _speeds(tracks: Sequence[Track]) -> Speeds:
     return Speeds(median, float(np.quantile(speeds, 0.95)), float(speeds.max()), float((speeds <= STANDING).mean()))
 
 
-def _overlapping(positions: Array) -> Array:
-    """The number of pairs of the positions (n, 2) whose discs overlap, for each of RADII."""
-    from scipy.spatial import KDTree
-
-    tree = KDTree(positions)
-    reach = 2.0 * np.array(RADII) * (1.0 - 1e-9)
-    return (tree.count_neighbors(tree, reach) - len(positions)) // 2  # each pair twice, and themselves
-
-
 def _closest(positions: Array) -> float | None:
     """The smallest distance between two of the positions (n, 2)."""
     from scipy.spatial import KDTree
@@ -157,6 +141,7 @@ class Imported:
     """A recording as a table [crowd] reads it."""
 
     crowd: Crowd
+    table: Mapping[str, Any]  # the keys of [crowd] that were given
     recording: Recording
     tracks: Tracks
     survey: Survey
@@ -180,7 +165,9 @@ def import_crowd(path: str | os.PathLike[str], table: Mapping[str, Any], length:
     if duration > MAX_WINDOWS * length:
         allowed = f"at least {duration / MAX_WINDOWS:.3g} s: at most {MAX_WINDOWS} windows of the {duration:.3g} s"
         raise InvalidValue("duration", length, allowed)
-    return Imported(crowd, recording, tracks, survey(tracks.tracks, recording.usual_step / crowd.frame_rate, length))
+    return Imported(
+        crowd, table, recording, tracks, survey(tracks.tracks, recording.usual_step / crowd.frame_rate, length)
+    )
 
 
 def choose_window(tracks: Sequence[Track], length: float, people: int | None) -> tuple[float, float]:
@@ -198,8 +185,8 @@ def choose_window(tracks: Sequence[Track], length: float, people: int | None) ->
     return start, start + length
 
 
-def scene_tables(found: Imported, window: tuple[float, float], name: str, folder: Path) -> dict[str, Any]:
-    """The tables of a run file in `folder`: the people of a window [s], and a robot that crosses their area."""
+def scene_tables(found: Imported, window: tuple[float, float], output: Path) -> dict[str, Any]:
+    """The tables of the run file `output`: the people of a window [s], and a robot that crosses their area."""
     people = in_window(found.tracks.tracks, *window)
     if not people:
         end = max(track.rows[-1, 0] for track in found.tracks.tracks)
@@ -207,20 +194,15 @@ def scene_tables(found: Imported, window: tuple[float, float], name: str, folder
     start, goal = robot_way(people, *window)
     file = found.crowd.file
     if not os.path.isabs(file):
-        file = os.path.relpath(file, folder)
+        file = os.path.relpath(file, output.absolute().parent)
     return {
         "schema": 1,
-        "name": name,
+        "name": printable(output.stem),
         "description": f"{printable(Path(file).name)}, {window[0]:g} to {window[1]:g} s: {len(people)} people.",
         "time_limit": round(window[1] - window[0], 3),
         "robot": {"start": list(start), "goal": list(goal)},
-        "crowd": {"file": file, "frame_rate": found.crowd.frame_rate, "window": list(window)},
+        "crowd": {**found.table, "file": file, "window": list(window)},
     }
-
-
-def scene_text(tables: dict[str, Any]) -> str:
-    """The run file, which says first where it comes from."""
-    return f"# Made by `mjnav import crowd`.\n{toml_text(tables)}"
 
 
 # ---------------------------------------------------------------------- the robot's start and goal

@@ -76,7 +76,7 @@ class Bench(Settled):
 
     schema: Annotated[int, Range(1, 1), "version of this format"]
     suites: Annotated[tuple[Suite, ...], Length(1, 100)]
-    methods: Annotated[tuple[MethodEntry, ...], Length(1, 100)]
+    methods: Annotated[tuple[MethodEntry, ...], Length(0, 100), "of the reference; the shipped file's by default"] = ()
     set: Annotated[Overrides, "any keys of a run file, for all episodes"] = field(default_factory=dict)
     source: str = field(default="", compare=False)  # the file it came from
 
@@ -89,7 +89,7 @@ class Bench(Settled):
         except InvalidValue as error:
             raise error.within(file=name) from None
         suites = tuple(replace(s, set={**bench.set, **s.set}, source=name) for s in bench.suites)
-        return replace(bench, suites=suites, source=name)
+        return replace(bench, suites=suites, methods=bench.methods or cls.load().methods, source=name)
 
     @property
     def rows(self) -> Path:

@@ -7,6 +7,8 @@ import pytest
 
 from mjnav.scene import load
 from mjnav.scene.people import Replay
+from mjnav.study.bench import Bench
+from mjnav.study.cells import resolve
 from tests.scene.conftest import made_up
 
 
@@ -82,3 +84,28 @@ def test_a_recording_that_hardly_ends_is_refused_in_one_line(mjnav, tmp_path, ti
     said = mjnav("import", "crowd", "a.txt", *words)
     assert (said.code, said.err.count("\n")) == (2, 1)
     assert said.err.startswith(f"mjnav: {line}")
+
+
+def test_a_suite_of_all_windows_is_one_that_the_bench_takes(mjnav, recording, tmp_path):
+    words = ("import", "crowd", recording, *RATE, "--duration", 8, "--suite")
+    said = mjnav(*words, "walkers.toml", "--set", "control.rate=5.0")
+    assert said.code == 0, said.err
+    assert said.out.splitlines()[-2:] == ["file        walkers.toml", "windows     3"]
+    parts = [f"walkers-{start}" for start in (0, 8, 16)]
+    assert {path.stem for path in tmp_path.glob("*.toml")} == {*parts, "walkers"}
+    bench = Bench.load("walkers.toml")
+    assert bench.methods == Bench.load().methods
+    cells = resolve(bench.suites[0].study(bench.methods[:1]))
+    assert [(cell.scene, cell.setting) for cell in cells] == [(p, way) for p in parts for way in ("replay", "react")]
+    assert {load(tmp_path / f"{part}.toml").control.rate for part in parts} == {5.0}
+    (tmp_path / "walkers.toml").unlink()
+    for given, line in (
+        (("walkers.toml",), "walkers-0.toml: exists already; choose another name"),
+        (("other.toml", "--duration", 40), "--duration: found 40.0; allowed: at most the recording's 29.6 s"),
+        (("other.toml", "--set", "robot.start=[0,0]"), "other-0.toml: robot.start: found"),
+        (("other.toml", "--set", "crowd.people=react"), "--suite has every window, with people who are replayed"),
+    ):
+        again = mjnav(*words, *given)
+        assert (again.code, again.err.count("\n")) == (2, 1)
+        assert again.err.startswith(f"mjnav: {line}")
+    assert not list(tmp_path.glob("other*"))

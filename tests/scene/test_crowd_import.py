@@ -12,7 +12,7 @@ def straight(first, last, start, velocity, step=0.5):
     return Track("1", np.column_stack([time, np.array(start) + (time - first)[:, None] * np.array(velocity)]))
 
 
-def test_people_speeds_overlaps_and_windows_are_counted():
+def test_people_speeds_distances_and_windows_are_counted():
     tracks = [
         straight(0.0, 10.0, (0.0, 0.0), (1.0, 0.0)),
         straight(0.0, 10.0, (0.0, 0.45), (1.0, 0.0)),  # beside the first, all the way
@@ -23,7 +23,6 @@ def test_people_speeds_overlaps_and_windows_are_counted():
     assert found.area == ((0.0, 0.0), (10.0, 3.0))
     assert found.speeds.median_walking == pytest.approx(1.0)
     assert found.speeds.standing == pytest.approx(16 / 56)
-    assert (found.pairs, found.overlapping) == (21, (0, 21, 21))
     assert found.closest == pytest.approx(0.45)
     assert [(w.start, w.end, w.people, w.most_at_once) for w in found.windows] == [(0, 10, 2, 2), (10, 20, 1, 1)]
     assert [w.closest_at_start for w in found.windows] == [pytest.approx(0.45)] * 2
