@@ -40,7 +40,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     wrote.add_argument(
         "--suite",
         metavar="FILE.toml",
-        help="write a suite for `mjnav bench`, and beside it a run file of every whole part with people",
+        help="write suites for `mjnav bench`, and beside them a run file of every whole part with people",
     )
     options.start_and_goal(parser)
     parser.add_argument(
@@ -140,16 +140,20 @@ def _write_suite(arguments: argparse.Namespace, imported: Imported, output: Path
             texts[file] = _scene(arguments, scene_tables(imported, (window.start, window.end), file), file)[0]
     if not texts:
         raise InvalidValue("duration", length, f"at most the recording's {imported.survey.duration:g} s")
-    suite = {
-        "name": printable(output.stem),
-        "version": 1,
-        "description": f"{printable(Path(imported.crowd.file).name)}: {len(texts)} windows of {length:g} s",
-        "scenes": [file.name for file in texts],
-        "seeds": [0],
-        "set": {"physics.engine": "kinematic"},
-        "settings": [{"name": people, "set": {"crowd.people": people}} for people in ("replay", "react")],
-    }
-    for file, text in (*texts.items(), (output, _made(arguments, {"schema": 1, "suites": [suite]}))):
+    about = f"{printable(Path(imported.crowd.file).name)}: {len(texts)} windows of {length:g} s"
+    suites = [
+        {
+            "name": f"{printable(output.stem)} {people}",
+            "version": 1,
+            "description": about,
+            "scenes": [file.name for file in texts],
+            "seeds": [0],
+            "set": {"crowd.people": people},
+        }
+        for people in ("replay", "react")
+    ]
+    tables = {"schema": 1, "set": {"physics.engine": "kinematic"}, "suites": suites}
+    for file, text in (*texts.items(), (output, _made(arguments, tables))):
         _write_text(file, text)
     return {"file": str(output), "windows": len(texts)}
 

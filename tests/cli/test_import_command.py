@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from mjnav.scene import load
-from mjnav.scene.people import Replay
+from mjnav.scene import load, loads
+from mjnav.scene.people import Replay, SocialForce
 from mjnav.study.bench import Bench
 from mjnav.study.cells import resolve
 from tests.scene.conftest import made_up
@@ -95,8 +95,11 @@ def test_a_suite_of_all_windows_is_one_that_the_bench_takes(mjnav, recording, tm
     assert {path.stem for path in tmp_path.glob("*.toml")} == {*parts, "walkers"}
     bench = Bench.load("walkers.toml")
     assert bench.methods == Bench.load().methods
-    cells = resolve(bench.suites[0].study(bench.methods[:1]))
-    assert [(cell.scene, cell.setting) for cell in cells] == [(p, way) for p in parts for way in ("replay", "react")]
+    assert [suite.name for suite in bench.suites] == ["walkers replay", "walkers react"]
+    for suite, people in zip(bench.suites, (Replay, SocialForce), strict=True):
+        cells = resolve(suite.study(bench.methods[:1]))
+        assert [cell.scene for cell in cells] == parts
+        assert {type(person.behaviour) for cell in cells for person in loads(cell.document).people} == {people}
     assert {load(tmp_path / f"{part}.toml").control.rate for part in parts} == {5.0}
     (tmp_path / "walkers.toml").unlink()
     for given, line in (
