@@ -76,11 +76,10 @@ def measured() -> Figure:
     robot = np.array([state.robot_pose for state in states])
     people = np.array([state.people_position for state in states])
     figure = Figure(figsize=(9.0, 4.2), dpi=110, layout="constrained", facecolor="white")
-    left, right = figure.subfigures(1, 2, width_ratios=(1.25, 1.0))
-    places(left.subplots(), scenario, result, robot, people)
-    left.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
-    near, fast = right.subplots(2, 1, sharex=True)
-    times(near, fast, result, states, surfaces(scenario, robot, people).min(axis=1))
+    axes = figure.subplot_mosaic([["places", "near"], ["places", "fast"]], width_ratios=(1.25, 1.0))
+    places(axes["places"], scenario, result, robot, people)
+    figure.legend(*axes["places"].get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize=8)
+    times(axes["near"], axes["fast"], result, states, surfaces(scenario, robot, people).min(axis=1))
     return figure
 
 
