@@ -21,7 +21,7 @@ ITEMS: Mapping[str, str] = MappingProxyType(  # the name of an item -> module:na
         "lane": "comparisons:LANE",
         "one": "comparisons:ONE",
         "many": "comparisons:MANY",
-        "kld": "comparisons:KLD",
+        "reading": "comparisons:STRONGEST",
         "pareto": "pareto:PARETO",
         "shape": "comparisons:SHAPE",
         "factors": "comparisons:FACTORS",

@@ -19,7 +19,6 @@ LESS: Mapping[str, str] = MappingProxyType(  # what a method takes where the fig
         "mean_deviation_m": "less deviation from the way",
         "path_ratio": "a shorter way",
         "time_to_avoid_s": "less time to avoid",
-        "compute_ms_control_p50": "less time to decide",
         "collision": "fewer collisions",
     }
 )
@@ -184,24 +183,21 @@ def _many(cells: Cells) -> Iterator[Claim]:
         yield _takes_less(of_scene, "rkhs d=3", LINEARISED, figure, "figure 8, section V-D", where)
 
 
-KLD_FIGURES = ("control_cost", "mean_deviation_m", "compute_ms_control_p50", "collision")
+READING = ("reading d=1", "reading d=2", "reading d=3")
+READ_AGAINST = ((LINEARISED, MEASURES), ("gaussian-moments", MEASURES), ("kld", MEASURES[:1]))
 
 
-def _one_and_three(cells: Cells) -> Cells:
-    return [cell for cell in cells if cell.scene in ("crossing1", "crossing3")]
-
-
-def _kld(cells: Cells) -> Iterator[Claim]:
-    """rkhs against kld with one and with three obstacles: a claim of the authors' work before."""
-    for figure, method in product(KLD_FIGURES, ("rkhs d=1", "rkhs d=3")):
-        yield _takes_less(_one_and_three(cells), method, "kld", figure, "Poonganam et al., RA-L 2020")
+def _reading(cells: Cells) -> Iterator[Claim]:
+    """The paper's method read in its favour, for a robot that may stop and one that drives on."""
+    for drive, (rival, figures), method in product(("may stop", "drives on"), READ_AGAINST, READING):
+        of_robot = [cell for cell in cells if cell.setting.startswith(drive)]
+        for figure in figures:
+            yield _takes_less(of_robot, method, rival, figure, "figures 7, 8; section V", f"Of a robot that {drive}: ")
 
 
 LIMITS = (
-    "The robot of these scenes may stop, and a method that waits for a person deviates little. So a claim on deviation "
-    "that does not hold here says nothing of a robot that cannot stop: for such a one (the code of the paper's group "
-    "drives at 0.4 m/s or more) the paper's claim was found to hold. The methods also differ in that rkhs weighs its "
-    "risk and its rivals forbid."
+    "The robot of these scenes may stop, and a method that waits for a person deviates little; `reading` has one that "
+    "cannot stop, too. The methods also differ in that rkhs weighs its risk and its rivals forbid."
 )
 ONE = _item(
     "One obstacle: control cost, deviation, time to avoid",
@@ -219,11 +215,13 @@ MANY = _item(
     ["control_cost", "mean_deviation_m", "time_to_avoid_s", "collision"],
     LIMITS,
 )
-KLD = StudyItem(
-    "Matching by MMD against matching by KL divergence",
-    ("paper-one", "paper-many"),
-    _kld,
-    lambda cells: bars(_one_and_three(cells), ("rkhs d=1", "rkhs d=3", "kld"), KLD_FIGURES),
+STRONGEST = _item(
+    "The paper's method read in its favour; a robot that cannot stop",
+    ["paper-reading"],
+    _reading,
+    (*READING, LINEARISED, "gaussian-moments", "kld"),
+    ["control_cost", "mean_deviation_m", "time_to_avoid_s", "collision"],
+    "Its rivals are as the protocol of tuning found them best, too. All scenes are kinematic, with skewed noise.",
 )
 
 
