@@ -168,7 +168,6 @@ def sweep(
         study = study.with_seeds(seeds)
     given = tuple(overrides_of(overrides))
     words = [f"--set={one.key}={one.value if isinstance(one.value, str) else json.dumps(one.value)}" for one in given]
-    wanted = trials(study, resolve(study, given, scenes))
     store = Store(OUT_FOLDER / study.name if folder is None else path_text("folder", folder))
     with below("workers"):
         num = len(os.sched_getaffinity(0)) if workers is None else settled(Workers, workers)
@@ -176,7 +175,7 @@ def sweep(
         max_seconds = settled(Seconds, max_seconds)
     check_functions(stop=stop, progress=progress, tell=tell)
     summary = sweep_trials(
-        wanted,
+        trials(study, resolve(study, given, scenes)),
         store,
         local(num, max_seconds, tell) if scheduler is None else dask(scheduler, max_seconds),
         text=f"# {shlex.join(['mjnav', 'sweep', study.name, *words])}\n{study_text(study)}",
