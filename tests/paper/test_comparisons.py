@@ -49,6 +49,7 @@ MISSING = columns("", ticks_without_nominal=np.where(SEEDS == 3, 2.0, 0.0))
 COSTLY = columns("crossing2.*gauss", control_cost=2.0)
 MIRRORED = columns("mirrored.*saa", control_cost=2.0)
 MOVING = columns("drives on.*reading d=2", mean_deviation_m=0.5)
+ONCE = columns("crossing1.*drives on.*reading d=2", mean_deviation_m=0.5)
 STRAIGHTER = "reading d=2 takes less deviation from the way than gau"
 APART = columns("saa", min_clearance_m=np.full(40, 3.0))
 FORM, PREVIEW = (f"{name} saves" for name in list(LEVELS)[:2])
@@ -67,6 +68,7 @@ CASES = [
     ("many", COSTLY, "With 1 obstacle, rkhs d=3 takes less control", OPEN, "0 for it"),
     ("reading", MOVING, f"Of a robot that drives on: {STRAIGHTER}", HOLDS, "3 for it"),
     ("reading", MOVING, f"Of a robot that may stop: {STRAIGHTER}", OPEN, "0 for it"),
+    ("reading", ONCE, f"Of a robot that drives on: {STRAIGHTER}", Verdict.PARTLY, "1 for it, 0 against, 2 open"),
     ("shape", MIRRORED, f"{SHAPE} mirrored", HOLDS, "2 for it"),
     ("shape", MIRRORED, f"{SHAPE} gaussian", OPEN, "0 for it"),
     ("factors", cost_of_factors, FORM, HOLDS, "rkhs, kinematic: -1.12 m²/s³"),
