@@ -11,6 +11,7 @@ from matplotlib.patches import Circle
 import mjnav
 from mjnav.loop.result import Result
 from mjnav.messages import Array, WorldState
+from mjnav.metrics.effort import STALLED_SPEED
 from mjnav.metrics.social import INTIMATE, PERSONAL
 from mjnav.scene.spec import Scenario
 
@@ -25,7 +26,7 @@ def surfaces(scenario: Scenario, robot: Array, people: Array) -> Array:
     return np.hypot(*np.moveaxis(people - robot[:, None, :2], -1, 0)) - radii - scenario.robot.limits.radius
 
 
-def places(axes: Axes, scenario: Scenario, result: Result, robot: Array, people: Array) -> None:
+def places(axes: Axes, scenario: Scenario, result: Result, robot: Array, people: Array, distance: Array) -> None:
     """The ways; the nearest moment, with the spaces about the robot; deviation as an area."""
     radius = scenario.robot.limits.radius
     start, goal = robot[0, :2], np.array(scenario.robot.route[-1])
@@ -36,7 +37,6 @@ def places(axes: Axes, scenario: Scenario, result: Result, robot: Array, people:
     straight = result.summary["straight_line_m"]
     axes.plot(*np.stack([start, goal]).T, "k--", linewidth=0.8, label=f"straight_line_m = {straight:.2f}")
     axes.plot(*robot[:, :2].T, color=ROBOT, label=f"path_length_m = {result.summary['path_length_m']:.2f}")
-    distance = surfaces(scenario, robot, people)
     when, who = np.unravel_index(np.argmin(distance), distance.shape)
     here = robot[when, :2]
     for i, person in enumerate(scenario.people):
@@ -62,7 +62,8 @@ def times(near: Axes, fast: Axes, result: Result, states: list[WorldState], near
     near.plot(time, nearest, color=PERSON)
     near.set(ylabel="nearest person [m]", ylim=(0.0, 3.0), xlim=(0.0, time[-1]))
     near.legend(fontsize=8, loc="upper right")
-    fast.axhspan(-0.1, 0.1, color="#cc79a7", alpha=0.4, label=f"stalled_s = {result.summary['stalled_s']:.1f}")
+    stalled = f"stalled_s = {result.summary['stalled_s']:.1f}"
+    fast.axhspan(-STALLED_SPEED, STALLED_SPEED, color="#cc79a7", alpha=0.4, label=stalled)
     fast.plot(time, [state.robot_twist[0] for state in states], color=ROBOT)
     fast.set(xlabel=f"t [s]; time_s = {result.summary['time_s']:.1f}", ylabel="speed [m/s]", xlim=(0.0, time[-1]))
     fast.legend(fontsize=8, loc="upper right")
@@ -75,11 +76,12 @@ def measured() -> Figure:
     result = mjnav.run(scenario, watch=lambda record: states.append(record.truth))
     robot = np.array([state.robot_pose for state in states])
     people = np.array([state.people_position for state in states])
+    distance = surfaces(scenario, robot, people)
     figure = Figure(figsize=(9.0, 4.2), dpi=110, layout="constrained", facecolor="white")
     axes = figure.subplot_mosaic([["places", "near"], ["places", "fast"]], width_ratios=(1.25, 1.0))
-    places(axes["places"], scenario, result, robot, people)
+    places(axes["places"], scenario, result, robot, people, distance)
     figure.legend(*axes["places"].get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize=8)
-    times(axes["near"], axes["fast"], result, states, surfaces(scenario, robot, people).min(axis=1))
+    times(axes["near"], axes["fast"], result, states, distance.min(axis=1))
     return figure
 
 
