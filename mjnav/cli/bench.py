@@ -99,7 +99,7 @@ def execute(arguments: argparse.Namespace) -> int:
         _print(results)
         for method in methods:
             for suite, episode, command in weakest(bench, store, method):
-                print("\n    ".join(filter(None, (f"{method.shown} in {suite}, worst: {episode}", command))))
+                print(f"{method.shown} in {suite}, worst: {episode}\n    {command}")
         for path in outputs:
             print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
     return code

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from mjnav.errors import InvalidValue, MjnavError, unknown_name
+from mjnav.loop.prepare import load_scenario
 from mjnav.loop.provenance import provenance, revision
 from mjnav.scene.library import data_folder
 from mjnav.scene.load import read_text
@@ -33,7 +34,7 @@ from mjnav.study.compare.cell_rows import WIN_BY, CellRows, cell_rows, columns_f
 from mjnav.study.compare.study_comparison import NEEDED, Comparison, StudyComparison, compare, rows_of
 from mjnav.study.compare.worst_seeds import run_commands, worst_seeds
 from mjnav.study.store import Store, parquet, schema
-from mjnav.study.study_file import MethodEntry, Overrides, StudyFile
+from mjnav.study.study_file import MethodEntry, Overrides, StudyFile, scene_paths
 from mjnav.study.sweep.sweep import trials
 from mjnav.study.trial import Trial
 
@@ -249,15 +250,14 @@ def weakest(bench: Bench, store: Store, method: MethodEntry) -> Iterator[tuple[s
     """Of every suite in which the method did not always succeed: its name, its worst episode, and what repeats that."""
     for suite in bench.suites:
         study = suite.study([method])
-        commands = run_commands(study, "")
+        commands = run_commands(study, "", {load_scenario(path).name: path for path in scene_paths(study)})
         worst = [
             (seed, place)
-            for place, seeds in worst_seeds(store, study.name, per_cell=1).items()
-            for seed in seeds
-            if place[2] == method.identifier and not seed.succeeded
+            for place, (seed,) in worst_seeds(store, study.name, per_cell=1).items()
+            if place in commands and place[2] == method.identifier and not seed.succeeded
         ]
         if worst:
             seed, place = min(worst, key=lambda found: not found[0].why.startswith("touched"))
-            log, command = f"{place[0]}{seed.seed}.mcap", commands.get(place)  # none of a scene that is given by path
-            again = "" if command is None else f"{command} --seed {seed.seed} --log {log}; mjnav report {log}"
+            log = f"{place[0]}{seed.seed}.mcap"
+            again = f"{commands[place]} --seed {seed.seed} --log {log}; mjnav report {log}"
             yield suite.name, f"{place[0]}, seed {seed.seed}: {seed.why}", again

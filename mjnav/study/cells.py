@@ -14,7 +14,7 @@ from mjnav.robot.controller import resolved_parameters
 from mjnav.scene import dumps
 from mjnav.scene.overrides import Override
 from mjnav.settings.plugins import placed
-from mjnav.study.study_file import MethodEntry, Overrides, SettingEntry, StudyFile, scene_path
+from mjnav.study.study_file import MethodEntry, Overrides, SettingEntry, StudyFile, scene_paths
 
 DEFAULT_SETTING = "default"
 
@@ -117,7 +117,7 @@ def resolve(study: StudyFile, overrides: Sequence[str | Override] = (), scenes: 
     `overrides` are the command line's KEY=VALUE, applied last; `scenes` replace the study's. Raises InvalidValue that
     names the cell, also where two cells are the same.
     """
-    paths = [*scenes] or [scene_path(study, scene) for scene in study.scenes]
+    paths = [*scenes] or scene_paths(study)
     names: dict[str, str] = {}
     for i, path in enumerate(paths):
         where = "scenes" if scenes else f"{study.source}: scenes.{i}"

@@ -296,12 +296,15 @@ def studies() -> dict[str, str]:
     return dict(describe(FOLDER))
 
 
-def scene_path(study: StudyFile, scene: str) -> str:
-    """A scene as `load_scenario` takes it: a relative path counts from the study file's folder."""
-    if "/" not in scene and not scene.endswith(".toml"):
-        return scene
-    path = Path(study.source).parent / scene
-    return str(path) if "/" in str(path) else f"./{path}"
+def shipped_scenes(study: StudyFile) -> list[str]:
+    """The scenes that the study names; not those that it gives by path."""
+    return [scene for scene in study.scenes if "/" not in scene and not scene.endswith(".toml")]
+
+
+def scene_paths(study: StudyFile) -> list[str]:
+    """Every scene as `load_scenario` takes it: a relative path counts from the study file's folder."""
+    shipped, folder = shipped_scenes(study), Path(study.source).parent
+    return [scene if scene in shipped else os.path.join(folder, Path(scene)) for scene in study.scenes]
 
 
 def _check_distinct(key: str, values: Sequence[object]) -> None:

@@ -1,6 +1,7 @@
 """`mjnav bench`: a controller of one's own beside the shipped rows, files, resumption, and what it refuses."""
 
 import json
+import shlex
 
 import pytest
 
@@ -89,4 +90,6 @@ def test_suites_of_ones_own_get_rows_of_their_own(mjnav, tmp_path):
 
     (tmp_path / "mine/own.toml").write_text(OWN.replace("version = 3", "version = 4"))
     said = mjnav("bench", "parked.py:Parked", "--suites", "mine/own.toml", "--workers", "1")
+    again = next(line for line in said.out.splitlines() if line.startswith("    mjnav run mine/corner.toml "))
+    assert json.loads(mjnav(*shlex.split(again.partition(";")[0])[1:], "--json").out)["outcome"] == "timeout"
     assert "suite mine: the reference rows are of version 3, this is 4" in said.err

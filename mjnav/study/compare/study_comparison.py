@@ -47,7 +47,7 @@ from mjnav.study.compare.estimates import (
     win_ratio,
 )
 from mjnav.study.store import Store, check_own
-from mjnav.study.study_file import StudyFile
+from mjnav.study.study_file import StudyFile, shipped_scenes
 from mjnav.study.sweep.sweep import Inconsistency, inconsistencies
 
 if TYPE_CHECKING:
@@ -354,11 +354,6 @@ def _cells_of(study: StudyFile | None, cells: Iterable[CellRows]) -> list[CellPl
         return []
     scenes = list(dict.fromkeys([*shipped_scenes(study), *(cell.scene for cell in cells)]))
     return [(variant.scene, *variant.names) for variant in variants(study, scenes)]
-
-
-def shipped_scenes(study: StudyFile) -> list[str]:
-    """The scenes that the study names; not those that it gives by path."""
-    return [scene for scene in study.scenes if "/" not in scene and not scene.endswith(".toml")]
 
 
 def check_distinct(cells: Iterable[CellRows], store: Store) -> None:

@@ -13,23 +13,24 @@ import numpy as np
 
 from mjnav.study.cells import flat, variants
 from mjnav.study.compare.cell_rows import COLLISIONS, CellPlace, CellRows, cell_rows
-from mjnav.study.compare.study_comparison import rows_of, shipped_scenes
+from mjnav.study.compare.study_comparison import rows_of
 from mjnav.study.store import MARK, PLACE_IN_STUDY, Store
-from mjnav.study.study_file import StudyFile
+from mjnav.study.study_file import StudyFile, shipped_scenes
 
 
-def run_commands(study: StudyFile, text: str) -> Mapping[CellPlace, str]:
-    """`mjnav run ...` of every cell in a shipped scene, to which a seed is to be added: ` --seed 3`.
+def run_commands(study: StudyFile, text: str, scenes: Mapping[str, str] | None = None) -> Mapping[CellPlace, str]:
+    """`mjnav run ...` of every cell, to which a seed is to be added: ` --seed 3`.
 
     `text` is the study file that the sweep left, whose first line is the sweep's command. Nothing that it names is
-    opened: scenes that are given by path have no command.
+    opened: without `scenes`, the names as they are in rows to the paths, scenes that are given by path have no command.
     """
     given = list(_given(text))
+    scenes = scenes or {scene: scene for scene in shipped_scenes(study)}
     commands = {}
-    for variant in variants(study, shipped_scenes(study)):
+    for variant in variants(study, list(scenes)):
         values = {**flat(study.set), **variant.overrides}
         pairs = [f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in values.items()]
-        words = ["mjnav", "run", variant.scene, "--controller", variant.method.controller]
+        words = ["mjnav", "run", scenes[variant.scene], "--controller", variant.method.controller]
         for override in (*pairs, *given):
             words += ["--set", override]
         commands[variant.scene, *variant.names] = shlex.join(words)
