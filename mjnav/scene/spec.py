@@ -149,7 +149,7 @@ class Noise(Settled):
     correlation_time: Annotated[
         Mapping[str, Annotated[float, Range(0.001, 1e4, "s")]],
         Named(TIMED_CHANNELS, "CHANNEL"),
-        "of the channel's errors: exp(-1) is left of a correlation after it; filters take errors to be independent",
+        "of the channel's errors: exp(-1) is left of a correlation after it; particles of the pose know theirs",
     ] = field(default_factory=dict)
 
     def distributions(self) -> dict[str, Distribution]:
@@ -214,7 +214,7 @@ class ObstacleEstimation:
 
 @dataclass(frozen=True, slots=True)
 class Estimation(Settled):
-    """The estimators; with `assumed_profile` they believe in another noise than the world's."""
+    """The estimators; with `assumed_profile` they believe in that noise, and take its errors for independent."""
 
     robot: RobotEstimation = RobotEstimation()
     obstacles: ObstacleEstimation = ObstacleEstimation()

@@ -1,12 +1,15 @@
 """Noise that is correlated in time: its law, its correlation, and that of a run."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
-from scipy.stats import kstest
+from scipy.integrate import trapezoid
+from scipy.stats import kstest, norm
 
 import mjnav
 from mjnav.noise import Empirical, Gaussian, Mixture, Pearson, Uniform, Zero, profile
-from mjnav.noise.correlated import Correlated, DistributionFunction
+from mjnav.noise.correlated import Copula, Correlated, DistributionFunction
 
 SKEWED = Pearson(std=0.08, skew=1.2, kurtosis=5.2)
 LAWS = [
@@ -43,6 +46,28 @@ def test_block_by_block_they_go_on():
     whole = Correlated(SKEWED, 0.1, 1.0).sample(np.random.default_rng(4), 128)
     one, rng = Correlated(SKEWED, 0.1, 1.0), np.random.default_rng(4)
     assert np.array_equal(np.concatenate([one.sample(rng, 64), one.sample(rng, 64)]), whole)
+
+
+def test_news_of_a_gaussian_is_the_ratio_of_its_transition_to_its_own_density():
+    law, (x, before) = Gaussian(std=2.0), np.random.default_rng(5).normal(0.0, 2.0, (2, 50))
+    copula = Copula(DistributionFunction.of(law), 0.5)
+    for interval in (0.1, 0.3):
+        r = np.exp(-interval / 0.5)
+        expected = norm.pdf(x, r * before, 2.0 * np.sqrt(1.0 - r * r)) / norm.pdf(x, 0.0, 2.0)
+        assert copula.news(x, before, interval) == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize("law", LAWS[:4], ids=lambda law: type(law).__name__)
+def test_news_makes_of_any_law_the_density_of_the_next_draw(law):
+    """Against the shares of draws that follow one whose score is 1, in ten cells."""
+    copula, normal = Copula(DistributionFunction.of(law), 0.3), np.random.default_rng(6).standard_normal(40_000)
+    (before,) = copula.values(np.array([1.0]))
+    drawn = copula.values(copula.following(np.full(40_000, 1.0), 0.1, normal))
+    edges = np.quantile(drawn, np.linspace(0.05, 0.95, 10))
+    for low, high in pairwise(edges):
+        x = np.linspace(low, high, 400)
+        density = np.exp(law.logpdf(x)) * copula.news(x, np.full(400, before), 0.1)
+        assert trapezoid(density, x) == pytest.approx(0.1, abs=0.012)
 
 
 def test_no_noise_stays_none():

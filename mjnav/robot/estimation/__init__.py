@@ -5,7 +5,7 @@ from importlib import import_module
 from types import MappingProxyType
 from typing import Any
 
-from mjnav.robot.estimation.base import Localizer, Tracker, assumed_noise
+from mjnav.robot.estimation.base import Localizer, Tracker, assumed_correlation_times, assumed_noise
 from mjnav.robot.estimation.own import BY_SCANS, OwnLocalizer, OwnScanTracker, OwnTracker
 from mjnav.scene.spec import Scenario
 from mjnav.settings.plugins import LocalizerPlugin, TrackerPlugin
@@ -53,7 +53,8 @@ def make_localizer(scenario: Scenario, seed: int) -> Localizer:
         kind = _load(LOCALIZERS, choice.source, choice.filter)
     if choice.source == LIDAR:
         return kind.of(scenario, seed)
-    return kind(assumed_noise(scenario), choice.particles, seed)
+    times = (assumed_correlation_times(scenario),) if (choice.source, choice.filter) == ("pose", "particle") else ()
+    return kind(assumed_noise(scenario), choice.particles, seed, *times)
 
 
 def make_tracker(scenario: Scenario, seed: int) -> Tracker:

@@ -29,6 +29,11 @@ def assumed_noise(scenario: Scenario) -> Mapping[str, Distribution]:
     return scenario.noise.distributions() if assumed is None else profile(assumed)
 
 
+def assumed_correlation_times(scenario: Scenario) -> Mapping[str, float]:
+    """The same of how long errors last [s], by channel; under `assumed_profile` none do."""
+    return scenario.noise.correlation_time if scenario.estimation.assumed_profile is None else {}
+
+
 # -------------------------------------------------------------------------- likelihood of a channel
 
 

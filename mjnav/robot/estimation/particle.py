@@ -10,15 +10,17 @@ The noise counts as it is and is not taken for a Gaussian.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
-from mjnav.compile.compiled import Matrix, Vector, kernel
-from mjnav.filters.particles import ess, resample, reweigh, weighted_moments
+from mjnav.compile.compiled import Indices, Matrix, Vector, kernel
+from mjnav.filters.particles import ess, resample, reweigh, systematic, weighted_moments
 from mjnav.geometry.angles import wrap, wrapped
 from mjnav.messages import Array, Reading, RobotBelief
 from mjnav.motion.unicycle import integrate_rows
 from mjnav.noise import Distribution
+from mjnav.noise.correlated import Copula, DistributionFunction
 from mjnav.rng import stream
 from mjnav.robot.estimation.base import (
     HEADING,
@@ -30,6 +32,9 @@ from mjnav.robot.estimation.base import (
 
 POSE_CHANNELS = ("pose.x", "pose.y", "pose.theta")
 ODOMETRY_CHANNELS = ("odometry.v", "odometry.omega")
+Laws = Mapping[str, Distribution]  # by channel
+Times = Mapping[str, float]
+INDEPENDENT: Times = MappingProxyType({})
 
 EPSILON = 0.01  # weight of the likelihood's floor: the share of readings that the noise model may fail to explain
 RESAMPLE_BELOW = 0.5  # of the particles, an effective sample size (1/2 is customary)
@@ -42,15 +47,23 @@ class ParticleLocalizer(PoseEstimator):
 
     Predict: (v, omega)_i = odometry - noise draw, through the unicycle over the reading's interval.
     Correct: w_i <- w_i prod_c [(1 - epsilon) p_c(z_c - x_i,c) + floor] over x, y and the heading (wrapped).
+    Where the errors of a channel last, a particle knows its own: e_k = z - x of the pose is weighed by p_c(e_k | e_k-1)
+    in place of p_c(e_k), and its odometry errs next by what follows from its error before.
     Start: measurement - noise draws of the first reading, so the filter need not trust where the robot was put. It
     starts again after PATIENCE readings in a row that are unexplained: the mean of p_c(z_c - x) under the belief is
     below the floor in a channel.
     """
 
-    def __init__(self, noise: Mapping[str, Distribution], num_particles: int, seed: int):
+    def __init__(self, noise: Laws, num_particles: int, seed: int, lasting: Times = INDEPENDENT):
+        """`lasting` has correlation times [s]; the errors of other channels are independent."""
         super().__init__(seed)
         self._num = num_particles
-        self._odometry = [widened(channel, noise[channel]) for channel in ODOMETRY_CHANNELS]
+        laws = {channel: widened(channel, noise[channel]) for channel in (*POSE_CHANNELS, *ODOMETRY_CHANNELS)}
+        copulas = {c: Copula(DistributionFunction.of(laws[c]), tau) for c, tau in lasting.items() if c in laws}
+        self._drifts = {c: Drift(copulas[c]) for c in ODOMETRY_CHANNELS if c in copulas}
+        self._odometry = [self._drifts.get(channel, laws[channel]) for channel in ODOMETRY_CHANNELS]
+        self._lasting = [(row, copulas[c]) for row, c in enumerate(POSE_CHANNELS) if c in copulas]
+        self._errors, self._seen = np.zeros((3, num_particles)), 0.0  # of the latest pose reading, and its time [s]
         self._likelihoods = [Likelihood.of(channel, noise[channel], EPSILON) for channel in POSE_CHANNELS]
         self._least = np.array([2.0 * model.floor for model in self._likelihoods])  # density of an explained reading
         self._motion_streams = [stream(seed, f"estimation.motion.{channel}") for channel in ODOMETRY_CHANNELS]
@@ -82,17 +95,27 @@ class ParticleLocalizer(PoseEstimator):
             normal = self._roughening.standard_normal(particles.shape)
             self._particles = resample(particles, weights, offset, covariance, ROUGHENING, normal)
             self._weights = np.full(self._num, 1.0 / self._num)
+            for drift in self._drifts.values():
+                drift.choose(systematic(weights, offset, self._num))
+        if self._lasting and "pose" not in reading.dropped:
+            self._errors, self._seen = pose_errors(reading.pose, self._particles), reading.time
         self._belief = RobotBelief(reading.time, particles, weights, mean, covariance, size, recovered)
         return self._belief
 
     def _moved(self, particles: Array, reading: Reading) -> Array:
         """Particles (n, 3) after what the odometry of a reading says."""
+        for drift in self._drifts.values():
+            drift.interval = reading.interval
         return moved(particles, reading, self._odometry, self._motion_streams)
 
     def _correct(self, particles: Array, reading: Reading) -> bool:
         """Weighs predicted particles (n, 3) by a pose; whether they have explained too many in a row no more."""
         errors = pose_errors(reading.pose, particles)
         densities = np.stack([model.density(error) for model, error in zip(self._likelihoods, errors, strict=True)])
+        interval = reading.time - self._seen
+        for row, copula in self._lasting if interval > 0.0 else ():
+            floor = self._likelihoods[row].floor
+            densities[row] = floor + (densities[row] - floor) * copula.news(errors[row], self._errors[row], interval)
         self._weights, expected = reweigh(self._weights, densities)
         self._unexplained = self._unexplained + 1 if (expected < self._least).any() else 0
         return self._unexplained >= PATIENCE
@@ -101,6 +124,24 @@ class ParticleLocalizer(PoseEstimator):
         """Equally weighted poses that the reading alone allows, (n, 3)."""
         self._weights, self._unexplained = np.full(self._num, 1.0 / self._num), 0
         return pose_samples(reading, [model.noise for model in self._likelihoods], self._num, self._start_stream)
+
+
+class Drift:
+    """Odometry errors that last: each of n particles has its own, which goes on from the one before."""
+
+    def __init__(self, copula: Copula):
+        self._copula, self.interval = copula, 0.0  # [s] after which the next are drawn
+        self._scores: Array | None = None  # (n,)
+
+    def sample(self, rng: np.random.Generator, num: int) -> Array:
+        """The next errors (num,)."""
+        normal, before = rng.standard_normal(num), self._scores
+        self._scores = normal if before is None else self._copula.following(before, self.interval, normal)
+        return self._copula.values(self._scores)
+
+    def choose(self, indices: Indices) -> None:
+        """Goes on with those of the particles that were drawn."""
+        self._scores = None if self._scores is None else self._scores[indices]
 
 
 SLIDE = 0.3  # [s]; times the centripetal acceleration: how quickly a robot that skids slides sideways
@@ -112,8 +153,11 @@ class SkiddingLocalizer(ParticleLocalizer):
     Its turn rate is the gyro's, and it slides across its heading by draws from N(0, (SLIDE v omega)^2) [m/s].
     """
 
-    def __init__(self, noise: Mapping[str, Distribution], num_particles: int, seed: int):
-        super().__init__({**noise, "odometry.omega": noise["gyro"]}, num_particles, seed)
+    def __init__(self, noise: Laws, num_particles: int, seed: int, lasting: Times = INDEPENDENT):
+        lasting = {channel: tau for channel, tau in lasting.items() if channel != "odometry.omega"}
+        if "gyro" in lasting:
+            lasting["odometry.omega"] = lasting["gyro"]
+        super().__init__({**noise, "odometry.omega": noise["gyro"]}, num_particles, seed, lasting)
         self._slide_stream = stream(seed, "estimation.motion.slide")
 
     def _moved(self, particles: Array, reading: Reading) -> Array:
@@ -138,7 +182,7 @@ def pose_errors(measured: Vector, poses: Matrix):
 
 
 def moved(
-    particles: Array, reading: Reading, noise: Sequence[Distribution], streams: Sequence[np.random.Generator]
+    particles: Array, reading: Reading, noise: Sequence[Distribution | Drift], streams: Sequence[np.random.Generator]
 ) -> Array:
     """Particles (n, 3) moved by what the odometry measured less a noise draw each, from a stream a channel.
 

@@ -7,6 +7,7 @@ import pytest
 
 from mjnav.geometry.angles import wrap
 from mjnav.noise import make_distribution
+from mjnav.noise.correlated import Correlated
 from mjnav.robot.estimation.particle import SLIDE, ParticleLocalizer, SkiddingLocalizer
 
 SETTLED = 20  # readings after which the start is forgotten
@@ -30,6 +31,36 @@ def test_errors_fall_well_below_the_sensors_and_the_belief_is_consistent_under_s
     assert np.all(rmse < [0.35, 0.35, 0.5] * np.array([pearson[f"pose.{c}"].std for c in ("x", "y", "theta")]))
     assert 2.0 < np.mean(nees) < 4.5  # 3 for an exact Gaussian posterior
     assert np.mean(np.array(nees) < 7.815) > 0.88  # the 95 % region of three degrees of freedom
+
+
+def test_of_a_robot_at_rest_whose_readings_err_alike_the_belief_is_that_of_generalised_least_squares(drive, gaussian):
+    """x = 1'R^-1 z / 1'R^-1 1, variance 1 / 1'R^-1 1 (Aitken), R_ij = std^2 exp(-|t_i - t_j| / tau); flat prior."""
+    tau, std, num = 1.0, gaussian["pose.x"].std, 40
+    law = gaussian | {channel: make_distribution("zero") for channel in ("odometry.v", "odometry.omega", "pose.theta")}
+    inverse = np.linalg.inv(std**2 * np.exp(-0.1 / tau * np.abs(np.subtract.outer(np.arange(num), np.arange(num)))))
+    apart, spread = [], []
+    for seed in range(12):
+        world = law | {"pose.x": Correlated(law["pose.x"], 0.1, tau)}
+        readings, truth = drive(world, seed, num, v=0.0, omega=0.0)
+        beliefs, _ = track(ParticleLocalizer(law, 2000, seed, {"pose.x": tau}), readings, truth)
+        exact = inverse.sum(axis=0) @ [reading.pose[0] for reading in readings] / inverse.sum()
+        apart.append((beliefs[-1].mean[0] - exact) * np.sqrt(inverse.sum()))
+        spread.append(beliefs[-1].covariance[0, 0] * inverse.sum())
+    assert np.sqrt(np.mean(np.square(apart))) < 0.25  # of the posterior's std
+    assert np.mean(spread) == pytest.approx(1.0, abs=0.25)
+
+
+def test_where_errors_last_a_belief_that_knows_it_is_consistent_and_one_that_does_not_is_too_sure(drive, pearson):
+    lasting = dict.fromkeys(("pose.x", "pose.y", "pose.theta", "odometry.v", "odometry.omega"), 1.0)
+    inside = {}
+    for known in (lasting, {}):
+        nees = []
+        for seed in range(8):
+            world = pearson | {channel: Correlated(pearson[channel], 0.1, tau) for channel, tau in lasting.items()}
+            beliefs, errors = track(ParticleLocalizer(pearson, 500, seed, known), *drive(world, seed, ticks=150))
+            nees += [e @ np.linalg.solve(b.covariance, e) for b, e in zip(beliefs, errors, strict=True)][SETTLED:]
+        inside[bool(known)] = np.mean(np.array(nees) < 7.815)
+    assert inside[True] > 0.88 > 0.5 > inside[False]
 
 
 def test_only_the_right_sign_of_the_noise_leaves_the_pose_unbiased(drive, mirrored, pearson):
