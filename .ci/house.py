@@ -29,14 +29,14 @@ BUDGETS = {  # code lines
     "loop": 2320,
     "metrics": 1920,
     "motion": 570,
-    "noise": 819,
+    "noise": 822,
     "paper": 1094,
     "report": 2584,
     "rkhs": 92,
-    "robot": 4098,
+    "robot": 4101,
     "scene": 3659,
     "settings": 814,
-    "study": 3217,
+    "study": 3218,
     "world": 2700,
 }
 MOST_FILES = 310

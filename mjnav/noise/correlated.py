@@ -60,6 +60,11 @@ class Copula(Constant):
     function: DistributionFunction
     tau: float
 
+    @classmethod
+    def of(cls, law: Distribution, tau: float) -> "Copula":
+        """Of the law's draws."""
+        return cls(DistributionFunction.of(law), tau)
+
     def following(self, z: Array, interval: float, normal: Array) -> Array:
         """The scores `interval` [s] after `z`, with as many `normal` draws of N(0, 1)."""
         rho = exp(-interval / self.tau)
@@ -92,7 +97,7 @@ class Correlated:
 
     def __init__(self, law: Distribution, period: float, tau: float):
         """`period` [s] between two draws, `tau` [s]."""
-        self._copula, self._period = Copula(DistributionFunction.of(law), tau), period
+        self._copula, self._period = Copula.of(law, tau), period
         self._z: Any = None  # the latest score
 
     def sample(self, rng: np.random.Generator, num: int) -> Array:

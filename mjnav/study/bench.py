@@ -34,7 +34,7 @@ from mjnav.study.compare.cell_rows import WIN_BY, CellRows, cell_rows, columns_f
 from mjnav.study.compare.study_comparison import NEEDED, Comparison, StudyComparison, compare, rows_of
 from mjnav.study.compare.worst_seeds import run_commands, worst_seeds
 from mjnav.study.store import Store, parquet, schema
-from mjnav.study.study_file import MethodEntry, Overrides, StudyFile, scene_paths
+from mjnav.study.study_file import MethodEntry, Overrides, StudyFile, scene_paths, shipped_scenes
 from mjnav.study.sweep.sweep import trials
 from mjnav.study.trial import Trial
 
@@ -250,7 +250,8 @@ def weakest(bench: Bench, store: Store, method: MethodEntry) -> Iterator[tuple[s
     """Of every suite in which the method did not always succeed: its name, its worst episode, and what repeats that."""
     for suite in bench.suites:
         study = suite.study([method])
-        commands = run_commands(study, "", {load_scenario(path).name: path for path in scene_paths(study)})
+        shipped, paths = shipped_scenes(study), scene_paths(study)
+        commands = run_commands(study, "", {p if p in shipped else load_scenario(p).name: p for p in paths})
         worst = [
             (seed, place)
             for place, (seed,) in worst_seeds(store, study.name, per_cell=1).items()

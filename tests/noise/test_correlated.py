@@ -50,7 +50,7 @@ def test_block_by_block_they_go_on():
 
 def test_news_of_a_gaussian_is_the_ratio_of_its_transition_to_its_own_density():
     law, (x, before) = Gaussian(std=2.0), np.random.default_rng(5).normal(0.0, 2.0, (2, 50))
-    copula = Copula(DistributionFunction.of(law), 0.5)
+    copula = Copula.of(law, 0.5)
     for interval in (0.1, 0.3):
         r = np.exp(-interval / 0.5)
         expected = norm.pdf(x, r * before, 2.0 * np.sqrt(1.0 - r * r)) / norm.pdf(x, 0.0, 2.0)
@@ -60,7 +60,7 @@ def test_news_of_a_gaussian_is_the_ratio_of_its_transition_to_its_own_density():
 @pytest.mark.parametrize("law", LAWS[:4], ids=lambda law: type(law).__name__)
 def test_news_makes_of_any_law_the_density_of_the_next_draw(law):
     """Against the shares of draws that follow one whose score is 1, in ten cells."""
-    copula, normal = Copula(DistributionFunction.of(law), 0.3), np.random.default_rng(6).standard_normal(40_000)
+    copula, normal = Copula.of(law, 0.3), np.random.default_rng(6).standard_normal(40_000)
     (before,) = copula.values(np.array([1.0]))
     drawn = copula.values(copula.following(np.full(40_000, 1.0), 0.1, normal))
     edges = np.quantile(drawn, np.linspace(0.05, 0.95, 10))

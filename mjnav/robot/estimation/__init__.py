@@ -45,16 +45,17 @@ def make_localizer(scenario: Scenario, seed: int) -> Localizer:
         return OwnLocalizer(choice.localizer.name, choice.localizer.make(scenario, seed), seed)
     maps = scenario.estimation.map is not None and scenario.estimation.map.source == choice.source == LIDAR
     skids = scenario.robot.base is not None and scenario.robot.base.turn_factor != 1.0
+    particles = (choice.source, choice.filter) == ("pose", "particle")
     if maps:
         kind = estimator_class(MAPPING)
-    elif skids and (choice.source, choice.filter) == ("pose", "particle"):
+    elif skids and particles:
         kind = estimator_class(SKIDDING)
     else:
         kind = _load(LOCALIZERS, choice.source, choice.filter)
     if choice.source == LIDAR:
         return kind.of(scenario, seed)
-    times = (assumed_correlation_times(scenario),) if (choice.source, choice.filter) == ("pose", "particle") else ()
-    return kind(assumed_noise(scenario), choice.particles, seed, *times)
+    lasting = (assumed_correlation_times(scenario),) if particles else ()
+    return kind(assumed_noise(scenario), choice.particles, seed, *lasting)
 
 
 def make_tracker(scenario: Scenario, seed: int) -> Tracker:

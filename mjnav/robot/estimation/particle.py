@@ -20,7 +20,7 @@ from mjnav.geometry.angles import wrap, wrapped
 from mjnav.messages import Array, Reading, RobotBelief
 from mjnav.motion.unicycle import integrate_rows
 from mjnav.noise import Distribution
-from mjnav.noise.correlated import Copula, DistributionFunction
+from mjnav.noise.correlated import Copula
 from mjnav.rng import stream
 from mjnav.robot.estimation.base import (
     HEADING,
@@ -58,13 +58,13 @@ class ParticleLocalizer(PoseEstimator):
         """`lasting` has correlation times [s]; the errors of other channels are independent."""
         super().__init__(seed)
         self._num = num_particles
-        laws = {channel: widened(channel, noise[channel]) for channel in (*POSE_CHANNELS, *ODOMETRY_CHANNELS)}
-        copulas = {c: Copula(DistributionFunction.of(laws[c]), tau) for c, tau in lasting.items() if c in laws}
-        self._drifts = {c: Drift(copulas[c]) for c in ODOMETRY_CHANNELS if c in copulas}
-        self._odometry = [self._drifts.get(channel, laws[channel]) for channel in ODOMETRY_CHANNELS]
-        self._lasting = [(row, copulas[c]) for row, c in enumerate(POSE_CHANNELS) if c in copulas]
-        self._errors, self._seen = np.zeros((3, num_particles)), 0.0  # of the latest pose reading, and its time [s]
+        odometry = {channel: widened(channel, noise[channel]) for channel in ODOMETRY_CHANNELS}
+        self._drifts = {c: Drift(Copula.of(law, lasting[c])) for c, law in odometry.items() if c in lasting}
+        self._odometry = [self._drifts.get(channel, law) for channel, law in odometry.items()]
         self._likelihoods = [Likelihood.of(channel, noise[channel], EPSILON) for channel in POSE_CHANNELS]
+        rows = [(row, channel) for row, channel in enumerate(POSE_CHANNELS) if channel in lasting]
+        self._lasting = [(row, Copula.of(self._likelihoods[row].noise, lasting[channel])) for row, channel in rows]
+        self._errors, self._seen = np.zeros((3, num_particles)), 0.0  # of the latest pose reading, and its time [s]
         self._least = np.array([2.0 * model.floor for model in self._likelihoods])  # density of an explained reading
         self._motion_streams = [stream(seed, f"estimation.motion.{channel}") for channel in ODOMETRY_CHANNELS]
         self._start_stream = stream(seed, "estimation.start")
@@ -95,8 +95,10 @@ class ParticleLocalizer(PoseEstimator):
             normal = self._roughening.standard_normal(particles.shape)
             self._particles = resample(particles, weights, offset, covariance, ROUGHENING, normal)
             self._weights = np.full(self._num, 1.0 / self._num)
-            for drift in self._drifts.values():
-                drift.choose(systematic(weights, offset, self._num))
+            if self._drifts:
+                drawn = systematic(weights, offset, self._num)
+                for drift in self._drifts.values():
+                    drift.choose(drawn)
         if self._lasting and "pose" not in reading.dropped:
             self._errors, self._seen = pose_errors(reading.pose, self._particles), reading.time
         self._belief = RobotBelief(reading.time, particles, weights, mean, covariance, size, recovered)
