@@ -34,14 +34,13 @@ from mjnav.study.compare.cell_rows import WIN_BY, CellRows, cell_rows, columns_f
 from mjnav.study.compare.study_comparison import NEEDED, Comparison, StudyComparison, compare, rows_of
 from mjnav.study.compare.worst_seeds import run_commands, worst_seeds
 from mjnav.study.store import Store, parquet, schema
-from mjnav.study.study_file import MethodEntry, Overrides, StudyFile, scene_paths, shipped_scenes
+from mjnav.study.study_file import BENCH, SUITES, MethodEntry, Overrides, StudyFile, scene_paths, shipped_scenes
 from mjnav.study.sweep.sweep import trials
 from mjnav.study.trial import Trial
 
 if TYPE_CHECKING:
     import pyarrow
 
-BENCH, SUITES = "bench", "suites.toml"  # the folder below runs/, and its file
 ALL = "all suites"
 HERE = "here"  # follows the name of a shipped method that is run beside its own reference rows
 FIGURES = (
@@ -110,7 +109,7 @@ class Bench(Settled):
         shipped = next((method for method in self.methods if method.identifier == controller), None)
         if shipped is None:
             return MethodEntry(placed(controller, os.getcwd()), controller, values, label=controller.rpartition(":")[2])
-        return MethodEntry(shipped.controller, f"{controller} ({HERE})", {**shipped.set, **values})
+        return replace(shipped, name=f"{controller} ({HERE})", label="", set={**shipped.set, **values})
 
     def trials(self, methods: Sequence[MethodEntry], seeds: Mapping[str, Sequence[int]]) -> list[Trial]:
         """Every suite's cells under its `seeds`; an unfinished run has done the same share of every suite."""

@@ -14,7 +14,7 @@ from mjnav.robot.controller import resolved_parameters
 from mjnav.scene import dumps
 from mjnav.scene.overrides import Override
 from mjnav.settings.plugins import placed
-from mjnav.study.study_file import MethodEntry, Overrides, SettingEntry, StudyFile, scene_paths
+from mjnav.study.study_file import MethodEntry, Overrides, SettingEntry, StudyFile, controller_keys, flat, scene_paths
 
 DEFAULT_SETTING = "default"
 
@@ -49,7 +49,7 @@ class Variant:
     def overrides(self) -> dict[str, object]:
         """All values by full key, without those of the study's [set]."""
         setting = self.setting.set if self.setting else {}
-        return {**flat(setting), **self.swept, **_controller_keys(self.method.set), **self.own}
+        return {**flat(setting), **self.swept, **self.method.values, **self.own}
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,25 +162,12 @@ def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[st
     return Cell(scene, setting, method, scenario.control.method, parameters, document, control)
 
 
-def _controller_keys(table: Overrides) -> dict[str, object]:
-    """Values by full key: a key without a dot is one of [control]."""
-    return {key if "." in key else f"control.{key}": value for key, value in flat(table).items()}
-
-
-def flat(table: Mapping[str, object], prefix: str = "") -> dict[str, object]:
-    """Values by dotted keys, from nested tables; a table with nothing in it is a value."""
-    found: dict[str, object] = {}
-    for key, value in table.items():
-        found |= flat(value, f"{prefix}{key}.") if isinstance(value, dict) and value else {f"{prefix}{key}": value}
-    return found
-
-
 def _own(study: StudyFile, method: MethodEntry) -> Iterator[tuple[int | None, dict[str, object]]]:
     """The values of a method's grid, or the settings of its search with their numbers. Raises InvalidValue."""
     if method.search is None:
-        yield from ((None, own) for own in _combinations(study, method.identifier, _controller_keys(method.grid)))
+        yield from ((None, own) for own in _combinations(study, method.identifier, controller_keys(flat(method.grid))))
         return
-    standing = {**flat(study.set), **_controller_keys(method.set)}
+    standing = {**flat(study.set), **method.values}
     try:
         yield from enumerate(method.search.settings(study.name, method.identifier, method.controller, standing), 1)
     except InvalidValue as error:

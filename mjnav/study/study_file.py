@@ -16,6 +16,7 @@
     controller = "rkhs"
     name = "rkhs d=1"                           # the controller's name by default
     label = "RKHS, degree 1"                    # optional: what tables and charts call it
+    tuned = true                                # optional: with what tuning found for it, as `mjnav bench` has it
     set = { degree = 1 }                        # a key without a dot is the controller's, others are a run file's
     grid = { weight = [0.3, 1, 3] }
     [[methods]]
@@ -23,8 +24,8 @@
     search = { count = 24, eta = { low = 0.8, high = 0.99 }, safety_margin = { one_of = [0.0, 0.05] } }
 
 The cells are scenes x settings x grid x methods x their grids or searches; an episode is a cell under a seed. Keys
-that are given more than once: the method's grid or search comes last, before it the method's set, the grid, the
-setting, [set], the scene. A method starts with its own default parameters, as `--controller` does.
+that are given more than once: the method's grid or search comes last, before it the method's set, what it is tuned to,
+the grid, the setting, [set], the scene. A method starts with its own default parameters, as `--controller` does.
 
 A search draws settings of a method, as many for one method as for another:
 
@@ -40,6 +41,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from math import inf
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from mjnav.control.registry import shipped_parameters
@@ -115,16 +117,27 @@ class Search(Settled):
         return cache(lambda key: stream(self.seed or 0, f"search.{key}", body))
 
 
-def _by_key(table: Mapping[str, object], prefix: str = "") -> dict[str, object]:
-    """What is drawn by full key: a key without a dot is one of [control]."""
+def _by_key(table: Mapping[str, object]) -> dict[str, object]:
+    """What is drawn by full key."""
+    return controller_keys(flat(table, ends=lambda value: not value or kind_of(value) is not None))
+
+
+def flat(
+    table: Mapping[str, object], prefix: str = "", *, ends: Callable[[Any], bool] = lambda value: not value
+) -> dict[str, object]:
+    """Values by dotted keys, from nested tables; a table at which it `ends` is a value, as one with nothing in it."""
     found: dict[str, object] = {}
     for key, value in table.items():
-        if isinstance(value, Mapping) and value and kind_of(value) is None:
-            found |= _by_key(value, f"{prefix}{key}.")
+        if isinstance(value, Mapping) and not ends(value):
+            found |= flat(value, f"{prefix}{key}.", ends=ends)
         else:
-            place = f"{prefix}{key}"
-            found[place if "." in place else f"control.{place}"] = value
+            found[f"{prefix}{key}"] = value
     return found
+
+
+def controller_keys(table: Mapping[str, object]) -> dict[str, object]:
+    """Values by full key, of dotted keys: a key without a dot is one of [control]."""
+    return {key if "." in key else f"control.{key}": value for key, value in table.items()}
 
 
 def _hint(key: str, defaults: Any) -> Any:
@@ -151,6 +164,7 @@ def _rounded(draw: Any, value: Any) -> Any:
 
 
 FOLDER = "studies"  # below runs/
+BENCH, SUITES = "bench", "suites.toml"  # another folder below runs/, and its file
 MAX_SEEDS = 10_000_000
 MAX_CELLS = 10_000  # of scenes, settings and methods each
 MAX_NAME = 200  # [bytes] that any file system takes, with what is added to it
@@ -185,10 +199,20 @@ class MethodEntry(Settled):
         "log = true, { mean, std } or { one_of }",
     ] = None
     label: Annotated[str, "in tables; by default the name, of file.py:Class the class"] = ""
+    tuned: Annotated[
+        bool, "with what tuning found for a shipped controller, as `mjnav bench` has it; `set` goes first"
+    ] = False
 
     def _check(self):
+        if self.tuned and self.controller not in tuned():
+            raise InvalidValue("tuned", True, f"beside one of these controllers: {', '.join(tuned())}")
         if self.grid and self.search is not None:
             raise InvalidValue("search", "a search beside a grid", "one of the two")
+
+    @property
+    def values(self) -> dict[str, object]:
+        """What `set` says, and beside it what the method is tuned to, by full key."""
+        return controller_keys(flat({**(tuned()[self.controller] if self.tuned else {}), **self.set}))
 
     @property
     def identifier(self) -> str:
@@ -284,6 +308,14 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyFile:
         return replace(read_document(StudyFile, document), source=name)
     except InvalidValue as error:
         raise error.within(file=name) from None
+
+
+@cache
+def tuned() -> Mapping[str, Overrides]:
+    """What tuning found for every shipped method, by its name: its settings in the suites of the bench."""
+    path = str(data_folder("runs") / BENCH / SUITES)
+    methods = parse(read_text(path), path)["methods"]
+    return MappingProxyType({method["controller"]: method.get("set", {}) for method in methods})
 
 
 def study_text(study: StudyFile) -> str:

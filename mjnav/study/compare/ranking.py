@@ -9,7 +9,7 @@ from mjnav.errors import InputError
 from mjnav.messages import Array
 from mjnav.metrics.intervals import Interval
 from mjnav.scene.toml import parse, value_text
-from mjnav.study.cells import Variant, flat, variants
+from mjnav.study.cells import Variant, variants
 from mjnav.study.compare.cell_rows import CellRows, cell_rows
 from mjnav.study.compare.estimates import Estimate, bootstrap, estimate
 from mjnav.study.compare.study_comparison import NEEDED, check_distinct, rows_of
@@ -92,8 +92,10 @@ def _ranked(variant: Variant, cells: Sequence[CellRows], worlds: Mapping[World, 
     own = np.concatenate([scores(cell, *worlds[cell.scene, cell.setting]) for cell in cells])
     columns = {key: np.concatenate([cell.columns[key] for cell in cells]) for key in cells[0].columns}
     together = CellRows("all scenes", "", cells[0].method, columns)
-    values = {key.removeprefix("control."): value for key, value in variant.own.items()}
-    pairs = {**{key.removeprefix("control."): value for key, value in flat(variant.method.set).items()}, **values}
+    values, pairs = (
+        {key.removeprefix("control."): value for key, value in table.items()}
+        for table in (variant.own, {**variant.method.values, **variant.own})
+    )
     return RankedSetting(
         label=variant.names[1],
         values=values,

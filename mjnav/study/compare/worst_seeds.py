@@ -11,11 +11,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from mjnav.study.cells import flat, variants
+from mjnav.study.cells import variants
 from mjnav.study.compare.cell_rows import COLLISIONS, CellPlace, CellRows, cell_rows
 from mjnav.study.compare.study_comparison import rows_of
 from mjnav.study.store import MARK, PLACE_IN_STUDY, Store
-from mjnav.study.study_file import StudyFile, shipped_scenes
+from mjnav.study.study_file import StudyFile, flat, shipped_scenes
 
 
 def run_commands(study: StudyFile, text: str, scenes: Mapping[str, str] | None = None) -> Mapping[CellPlace, str]:
