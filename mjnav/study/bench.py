@@ -109,7 +109,7 @@ class Bench(Settled):
         shipped = next((method for method in self.methods if method.identifier == controller), None)
         if shipped is None:
             return MethodEntry(placed(controller, os.getcwd()), controller, values, label=controller.rpartition(":")[2])
-        return replace(shipped, name=f"{controller} ({HERE})", label="", set={**shipped.set, **values})
+        return MethodEntry(shipped.controller, f"{controller} ({HERE})", {**shipped.set, **values}, tuned=shipped.tuned)
 
     def trials(self, methods: Sequence[MethodEntry], seeds: Mapping[str, Sequence[int]]) -> list[Trial]:
         """Every suite's cells under its `seeds`; an unfinished run has done the same share of every suite."""

@@ -165,7 +165,7 @@ def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[st
 def _own(study: StudyFile, method: MethodEntry) -> Iterator[tuple[int | None, dict[str, object]]]:
     """The values of a method's grid, or the settings of its search with their numbers. Raises InvalidValue."""
     if method.search is None:
-        yield from ((None, own) for own in _combinations(study, method.identifier, controller_keys(flat(method.grid))))
+        yield from ((None, own) for own in _combinations(study, method.identifier, controller_keys(method.grid)))
         return
     standing = {**flat(study.set), **method.values}
     try:

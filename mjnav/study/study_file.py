@@ -35,6 +35,7 @@ A value that is drawn stands as in a random scene (`mjnav.scene.draws`). Of a pa
 whole numbers are drawn; of a method of one's own, and of other keys of a run file, where the ends are whole numbers.
 """
 
+import operator
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -55,6 +56,8 @@ from mjnav.scene.ranges import MAX_SEED, Seed
 from mjnav.scene.spec import Control
 from mjnav.scene.toml import parse, toml_text
 from mjnav.settings import Beside, Length, Range, Settled, Text, below, keys, read_document, tables
+
+Overrides = Mapping[str, object]  # as tables in one another, or by dotted keys
 
 # --------------------------------------------------------------------------------------------- search
 
@@ -117,14 +120,17 @@ class Search(Settled):
         return cache(lambda key: stream(self.seed or 0, f"search.{key}", body))
 
 
-def _by_key(table: Mapping[str, object]) -> dict[str, object]:
+def _by_key(table: Overrides) -> dict[str, object]:
     """What is drawn by full key."""
-    return controller_keys(flat(table, ends=lambda value: not value or kind_of(value) is not None))
+    return controller_keys(table, ends=lambda value: not value or kind_of(value) is not None)
 
 
-def flat(
-    table: Mapping[str, object], prefix: str = "", *, ends: Callable[[Any], bool] = lambda value: not value
-) -> dict[str, object]:
+def controller_keys(table: Overrides, *, ends: Callable[[Any], bool] = operator.not_) -> dict[str, object]:
+    """Values by full key, as `flat` gives them; a key without a dot is one of [control]."""
+    return {key if "." in key else f"control.{key}": value for key, value in flat(table, ends=ends).items()}
+
+
+def flat(table: Overrides, prefix: str = "", *, ends: Callable[[Any], bool] = operator.not_) -> dict[str, object]:
     """Values by dotted keys, from nested tables; a table at which it `ends` is a value, as one with nothing in it."""
     found: dict[str, object] = {}
     for key, value in table.items():
@@ -133,11 +139,6 @@ def flat(
         else:
             found[f"{prefix}{key}"] = value
     return found
-
-
-def controller_keys(table: Mapping[str, object]) -> dict[str, object]:
-    """Values by full key, of dotted keys: a key without a dot is one of [control]."""
-    return {key if "." in key else f"control.{key}": value for key, value in table.items()}
 
 
 def _hint(key: str, defaults: Any) -> Any:
@@ -168,8 +169,6 @@ BENCH, SUITES = "bench", "suites.toml"  # another folder below runs/, and its fi
 MAX_SEEDS = 10_000_000
 MAX_CELLS = 10_000  # of scenes, settings and methods each
 MAX_NAME = 200  # [bytes] that any file system takes, with what is added to it
-
-Overrides = Mapping[str, object]  # as tables in one another, or by dotted keys
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,7 +211,7 @@ class MethodEntry(Settled):
     @property
     def values(self) -> dict[str, object]:
         """What `set` says, and beside it what the method is tuned to, by full key."""
-        return controller_keys(flat({**(tuned()[self.controller] if self.tuned else {}), **self.set}))
+        return controller_keys({**(tuned()[self.controller] if self.tuned else {}), **self.set})
 
     @property
     def identifier(self) -> str:
