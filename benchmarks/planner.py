@@ -73,7 +73,7 @@ def main() -> None:
         controller = make_controller("rkhs-plan", limits, PERIOD, samples=samples, num_turn_rates=turn_rates)
         found = measured(controller, num_people, decisions)
         p50, p99 = np.quantile(found, [0.5, 0.99])
-        row = f"{num_people:6d}{samples:9d}{num_rollouts(3, turn_rates):10d}{p50:8.2f}{p99:8.2f}"
+        row = f"{num_people:6d}{samples:9d}{num_rollouts(3, turn_rates, reverses=False):10d}{p50:8.2f}{p99:8.2f}"
         print(f"{row}{p50 / np.median(unit):8.1f}", flush=True)
 
 

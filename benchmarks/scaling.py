@@ -31,7 +31,7 @@ PEOPLE = (1, 2, 5, 10, 20, 50, 100, 200)
 SAMPLES = (25, 50, 100, 200, 400)
 PARTICLES = (100, 300, 1000, 3000, 10_000, 100_000)
 CANDIDATES = (10, 20, 40, 80)  # speeds, and turn rates: 100 to 6400 candidates
-MOVES = ((2, 2), (2, 4), (3, 7), (5, 17), (10, 27))  # speeds and turn rates of a planner: 149 to 6260 rollouts
+MOVES = ((2, 2), (2, 4), (3, 7), (5, 17), (10, 27))  # speeds and turn rates of a planner: 107 to 5693 rollouts
 BEAMS = (90, 180, 360, 720, 1440, 2880)
 PHASES = ("estimate", "control", "record", "tick")
 MARGIN = 2.0  # [m] around everything on the map, where people may walk
@@ -109,11 +109,13 @@ def _bounds(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     return corners.min(axis=0) - margin, corners.max(axis=0) + margin
 
 
-def candidates_of(method: str, period: float) -> dict[int, tuple[str, ...]]:
+def candidates_of(scenario: Scenario) -> dict[int, tuple[str, ...]]:
     """Overrides by how many candidates, or rollouts, a method has with them; none for a method without such numbers."""
-    parameters = shipped_parameters(method, period)
+    parameters = shipped_parameters(scenario.control.method, scenario.control.period)
     if hasattr(parameters, "num_turn_rates"):
-        return {num_rollouts(v, w): (f"control.num_speeds={v}", f"control.num_turn_rates={w}") for v, w in MOVES}
+        nums = [num_rollouts(v, w, reverses=scenario.robot.limits.min_speed < 0.0) for v, w in MOVES]
+        texts = [(f"control.num_speeds={v}", f"control.num_turn_rates={w}") for v, w in MOVES]
+        return dict(zip(nums, texts, strict=True))
     if hasattr(parameters, "num_omega"):
         return {n * n: (f"control.num_v={n}", f"control.num_omega={n}") for n in CANDIDATES}
     return {}
@@ -140,9 +142,7 @@ def main() -> int:
         "particles": lambda: {
             n: changed(f"estimation.robot.particles={n}", f"estimation.obstacles.particles={n}") for n in PARTICLES
         },
-        "candidates": lambda: {
-            n: changed(*overrides) for n, overrides in candidates_of(control.method, control.period).items()
-        },
+        "candidates": lambda: {n: changed(*overrides) for n, overrides in candidates_of(scenario).items()},
     }
     if "lidar" in (scenario.estimation.robot.source, scenario.estimation.obstacles.source):
         curves["beams"] = lambda: {n: changed(f"sensors.lidar.beams={n}") for n in BEAMS}

@@ -10,12 +10,12 @@ from mjnav.cli import options
 from mjnav.cli.terminal import compile_notice, progress
 from mjnav.control.decision_surface import DecisionSurface, decision_surface, require_candidates
 from mjnav.control.parameters import WINDOWS
-from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import OUT_FOLDER, file_stem, load_scenario, make_out_folder
 from mjnav.loop.run import column_names, record_at, warm_up
 from mjnav.messages import Status
 from mjnav.output_files import output_path, written
 from mjnav.robot.controller import build_controller
+from mjnav.settings import below
 
 GRID = 61  # controls an axis; odd, so that driving straight on is one of them
 GRID_RANGE = (2, 200)  # 200 x 200 controls against 625 pairs of samples take 200 MB
@@ -58,11 +58,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
     with compile_notice():
         warm_up(scenario)
-    with progress(scenario.name, arguments.at) as show:
-        try:
-            record = record_at(scenario, arguments.at, progress=show)
-        except InvalidValue as error:
-            raise error.within(file="--at") from None
+    with progress(scenario.name, arguments.at) as show, below(file="--at"):
+        record = record_at(scenario, arguments.at, progress=show)
     surface = decision_surface(controller, record.seen, record.decision, window=arguments.window, num=arguments.grid)
     about = {
         "scene": scenario.name,

@@ -91,7 +91,7 @@ class Planner(ProblemController[P]):
     def __init__(self, limits: RobotLimits, period: float, parameters: P):
         super().__init__(limits, period, parameters)
         p = parameters
-        check_memory(p, num_rollouts(p.num_speeds, p.num_turn_rates))
+        check_memory(p, num_rollouts(p.num_speeds, p.num_turn_rates, reverses=limits.min_speed < 0.0))
         self._way: tuple[bytes, WayField] | None = None
         self._speed = min(p.preferred_speed, limits.max_speed)
         self._moves = moves(limits, np.zeros(2), self._speed, p.num_speeds, p.num_turn_rates, p.hold)

@@ -119,10 +119,6 @@ class Rollouts:
         _between(y, self.y, self.start[1])
         return x, y
 
-    def first(self, steps: int) -> "Rollouts":
-        """The same without what comes after `steps`."""
-        return Rollouts(self.controls[:, :steps], self.x[:steps], self.y[:steps], self.heading[:steps], self.step)
-
     def only(self, k: int) -> "Rollouts":
         """Rollout k alone."""
         only = slice(k, k + 1)

@@ -35,6 +35,11 @@ def circular_mean(angles: ArrayLike, weights: ArrayLike | None = None) -> float:
     return float(wrap(np.arctan2(weights @ np.sin(angles), weights @ np.cos(angles))))
 
 
+def mean_pose(poses: Array) -> Array:
+    """Mean position and heading, (3,) [m, m, rad], of poses (N, 3)."""
+    return np.array([*poses[:, :2].mean(axis=0), circular_mean(poses[:, 2])])
+
+
 @scalar
 def rounded(angle):
     """The same angle in (-pi, pi] [rad], with the bits of `wrap`."""

@@ -3,15 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from html import escape
-from pathlib import Path
 from typing import Any
 
 from mjnav.loop.pacer import Scheduling
-from mjnav.messages import PHASES, Trajectory
+from mjnav.messages import Trajectory
 from mjnav.metrics.own import Measured
 from mjnav.metrics.social import Detour
-from mjnav.metrics.summary import summarise
-from mjnav.metrics.timing import compute_ms
 from mjnav.robot.latency import Computed, Latency, replayed
 from mjnav.scene.spec import Scenario
 
@@ -81,39 +78,8 @@ class Result:
         return f"<table><caption>{escape(repr(self))}</caption><tbody>{''.join(rows)}</tbody></table>"
 
 
-def result_of(
-    scenario: Scenario,
-    trajectory: Trajectory,
-    *,
-    outcome: str | None,
-    state_hash: str,
-    latency: Latency,
-    metrics: Measured,
-    seconds: float | None = None,
-    deadline_misses: int = 0,
-    log: Path | None = None,
-    log_dropped: int = 0,
-) -> Result:
-    """How a run of `scenario` went, which took `seconds` on the wall; without them what its ticks took counts."""
-    if seconds is None:
-        seconds = 1e-9 * float(trajectory.timing[:, 1 : 1 + len(PHASES)].sum())
-    summary = RunSummary(
-        scene=scenario.name,
-        controller=scenario.control.method,
-        seed=scenario.seed,
-        figures=summarise(trajectory, scenario, outcome=outcome),
-        compute_ms=compute_ms(trajectory.timing),
-        real_time_factor=float(trajectory.time[-1]) / seconds if seconds > 0.0 else None,
-        deadline_misses=deadline_misses,
-        state_hash=state_hash,
-        log=str(log) if log else None,
-        metrics=metrics.values,
-    )
-    return Result(summary, trajectory, _replay(scenario, latency), log_dropped=log_dropped, metrics=metrics)
-
-
-def _replay(scenario: Scenario, latency: Latency) -> Scenario:
-    """The scenario with measured latencies written down."""
+def with_latencies(scenario: Scenario, latency: Latency) -> Scenario:
+    """The scenario with the latencies of a run written down where they were measured: it repeats the run."""
     control = scenario.control
     if control.latency is None or control.latency.model != "measured" or not isinstance(latency, Computed):
         return scenario

@@ -20,7 +20,7 @@ from mjnav.loop.events import ABORTED, Events, Referee, warnings_of
 from mjnav.loop.pacer import Start, Stopwatch
 from mjnav.loop.prepare import as_scenario, log_path
 from mjnav.loop.provenance import run_info
-from mjnav.loop.result import Result, result_of
+from mjnav.loop.result import Result, RunSummary, with_latencies
 from mjnav.loop.run_record import RunRecord
 from mjnav.loop.supervision import fault_events
 from mjnav.loop.tick import Tick
@@ -28,6 +28,8 @@ from mjnav.messages import Array, Beliefs, Decision, Event, Observation, Reading
 from mjnav.metrics.own import OwnMetrics
 from mjnav.metrics.safety import sees_robot
 from mjnav.metrics.social import detour
+from mjnav.metrics.summary import summarise
+from mjnav.metrics.timing import compute_ms
 from mjnav.robot.estimation.own import checked_beliefs
 from mjnav.robot.latency import given_decision
 from mjnav.robot.navigator import Navigator
@@ -424,11 +426,23 @@ class Simulation:
 
     def _make_result(self, seconds: float | None, *, deadline_misses: int = 0, go_on: bool = False) -> Result:
         trajectory, state_hash = self._record.finish(self.truth, self._world.state_hash(), go_on=go_on)
-        return result_of(
-            self.scenario, trajectory, outcome=self.outcome, seconds=seconds, deadline_misses=deadline_misses,
-            state_hash=state_hash, log=self._log, log_dropped=self._record.log_dropped, latency=self._robot.latency,
-            metrics=self._metrics.measured(trajectory),
-        )  # fmt: skip
+        if seconds is None:  # what the phases of its ticks took
+            seconds = 1e-9 * float(trajectory.timing[:, 1:-1].sum())
+        scenario, metrics = self.scenario, self._metrics.measured(trajectory)
+        summary = RunSummary(
+            scene=scenario.name,
+            controller=scenario.control.method,
+            seed=scenario.seed,
+            figures=summarise(trajectory, scenario, outcome=self.outcome),
+            compute_ms=compute_ms(trajectory.timing),
+            real_time_factor=float(trajectory.time[-1]) / seconds if seconds > 0.0 else None,
+            deadline_misses=deadline_misses,
+            state_hash=state_hash,
+            log=str(self._log) if self._log else None,
+            metrics=metrics.values,
+        )
+        replay = with_latencies(scenario, self._robot.latency)
+        return Result(summary, trajectory, replay, log_dropped=self._record.log_dropped, metrics=metrics)
 
 
 # What a branch has of its own.

@@ -23,7 +23,6 @@ import numpy as np
 from mjnav.compile.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.constraints.velocity_obstacle import leave_velocity_obstacle, nearest_within
 from mjnav.geometry.floor import box_surface
-from mjnav.motion.neighbours import near, sort_into_cells
 
 AMONG_PEOPLE = 0.5  # alpha between people (van den Berg et al. 2011)
 
@@ -41,14 +40,13 @@ class OrcaSettings(NamedTuple):
 
 
 @exact
-def _nearest_first(found, count, position, x, y, most, order, square):
-    """Writes the `most` nearest of the first `count` of `found` to `order`, ties by index; returns how many."""
+def _nearest(order, square, position, body, unseen, within, most):
+    """Writes the `most` nearest others within a distance [m] of a body to `order`, ties by index; returns how many."""
     num = 0
-    for k in range(count):
-        j = found[k]
-        dx, dy = position[j, 0] - x, position[j, 1] - y
+    for j in range(len(position)):
+        dx, dy = position[j, 0] - position[body, 0], position[j, 1] - position[body, 1]
         d = dx * dx + dy * dy
-        if num == most and d >= square[num - 1]:
+        if j in (body, unseen) or not d <= within * within or (num == most and d >= square[num - 1]):
             continue
         place = num if num < most else num - 1
         while place > 0 and square[place - 1] > d:
@@ -82,9 +80,8 @@ def velocities(
     (n,)). `discs` (k, 3) x, y, radius; `boxes` (l, 6) as in `geometry.floor.Floor`.
     """
     num_bodies = len(position)
-    cells = sort_into_cells(position, settings.neighbour_distance)
-    found, order = np.empty(num_bodies, np.int64), np.empty(num_bodies, np.int64)
-    square, out = np.empty(num_bodies), np.zeros((len(walkers), 2))
+    order, square = np.empty(num_bodies, np.int64), np.empty(num_bodies)
+    out = np.zeros((len(walkers), 2))
     planes = np.empty((len(boxes) + len(discs) + num_bodies, 3))
     no_box = np.array([-np.inf, -np.inf, np.inf, np.inf])
     for i in range(len(walkers)):
@@ -106,12 +103,8 @@ def velocities(
                 nx, ny, depth = leave_velocity_obstacle(px, py, vx, vy, reach, settings.horizon, settings.period)
                 planes[num, 0], planes[num, 1], planes[num, 2] = nx, ny, nx * vx + ny * vy + depth
                 num += 1
-        count = 0
-        for k in range(near(found, position, x, y, settings.neighbour_distance, cells)):
-            if found[k] != body and (found[k] != robot or sees_robot[i]):
-                found[count] = found[k]
-                count += 1
-        for k in range(_nearest_first(found, count, position, x, y, settings.max_neighbours, order, square)):
+        unseen, within = -1 if sees_robot[i] else robot, settings.neighbour_distance
+        for k in range(_nearest(order, square, position, body, unseen, within, settings.max_neighbours)):
             j = order[k]
             px, py, reach, share = position[j, 0] - x, position[j, 1] - y, radius[j] + r, AMONG_PEOPLE
             qx, qy = vx - velocity[j, 0], vy - velocity[j, 1]

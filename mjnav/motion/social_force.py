@@ -41,7 +41,6 @@ import numpy as np
 
 from mjnav.compile.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.geometry.floor import box_surface, disc_surface
-from mjnav.motion.neighbours import near, sort_into_cells
 
 LOOKAHEAD_RANGE = 20.0  # [m] (libpedsim)
 AGAINST = cos(2.5)  # cosine of the angle to w above which another walks against it (libpedsim)
@@ -197,8 +196,7 @@ def accelerations(
     those who take it so (`at_rest` (n,)). `discs` (k, 3) x, y, radius; `boxes` (l, 6) as in `geometry.floor.Floor`.
     Sums run in the order of the bodies.
     """
-    cells = sort_into_cells(position, law.cut)
-    found, out = np.empty(len(position), np.int64), np.zeros((len(walkers), 2))
+    near, out = np.empty(len(position), np.int64), np.zeros((len(walkers), 2))
     for i in range(len(walkers)):
         body = walkers[i]
         x, y, wx, wy, vx, vy = (
@@ -210,10 +208,14 @@ def accelerations(
             ax, ay = (wx - vx) / law.relaxation_time, (wy - vy) / law.relaxation_time
         else:
             ax, ay = law.drive * wx, law.drive * wy
-        for k in range(near(found, position, x, y, law.cut, cells)):
-            j = found[k]
-            if j == body or (j == robot and not sees_robot[i]):
-                continue
+        unseen = -1 if sees_robot[i] else robot
+        count = 0
+        for j in range(len(position)):
+            dx, dy = position[j, 0] - x, position[j, 1] - y
+            if dx * dx + dy * dy <= law.cut * law.cut and j not in (body, unseen):
+                near[count] = j
+                count += 1
+        for j in near[:count]:
             dx, dy = position[j, 0] - x, position[j, 1] - y
             d = np.sqrt(dx * dx + dy * dy)
             if d < TINY:  # who stand at one place part in the order of their indices
@@ -235,7 +237,6 @@ def accelerations(
         fx, fy = _obstacles(x, y, radius[body], discs, boxes, law)
         ax, ay = ax + fx, ay + fy
         if law.lookahead > 0.0:
-            unseen = -1 if sees_robot[i] else robot
             fx, fy = _lookahead(body, x, y, wx, wy, position, velocity, unseen)
             ax, ay = ax + law.lookahead * fx, ay + law.lookahead * fy
         out[i, 0], out[i, 1] = ax, ay

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -55,43 +55,45 @@ def make_distribution(name: str, /, **arguments: object) -> Distribution:
 # ------------------------------------------------------------------------------------------- profiles
 
 
-CHANNEL_MEANINGS: Mapping[str, str] = MappingProxyType(
+# Mixtures that the authors of Nair et al. (arXiv 2112.13034) published with related work: weights, means, stds.
+_POSITION_WIDE = ((0.4, 0.6), (0.3, -0.2), (0.25, 0.05))
+_POSITION_NARROW = ((0.4, 0.6), (0.03, -0.04), (0.02, 0.02))
+_VELOCITY = ((0.3, 0.7), (-0.07, 0.03), (0.1, 0.6))
+_CONTROL = ((0.4, 0.6), (-0.9, 1.0), (0.1, 0.6))
+_OBSTACLE_POSITION = ((0.6, 0.4), (-0.5, 0.35), (0.25, 0.35))
+_Published = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+
+
+class _Channel(NamedTuple):
+    meaning: str
+    pearson: tuple[float, float, float]  # std, skew, kurtosis of the default profile, mean 0: how hard the problem is
+    bimodal: _Published
+
+
+# No mixture is published for a heading, which has that nearest the robot's own pose, nor for a range, which has the one
+# with two sharp modes; a rate from the gyro has a velocity's, and the distance from a lane a position's.
+_CHANNELS: Mapping[str, _Channel] = MappingProxyType(
     {
-        "odometry.v": "speed from the wheel encoders [m/s]",
-        "odometry.omega": "turn rate from the wheel encoders [rad/s]",
-        "actuation.v": "actual speed minus the command's [m/s]",
-        "actuation.omega": "actual turn rate minus the command's [rad/s]",
-        "pose.x": "x from the pose sensor [m]",
-        "pose.y": "y from the pose sensor [m]",
-        "pose.theta": "heading from the pose sensor [rad]",
-        "detection.x": "x of a detected person [m]",
-        "detection.y": "y of a detected person [m]",
-        "lidar.range": "range of a beam [m]",
-        "gyro": "turn rate from the gyro [rad/s]",
-        "lane.offset": "distance from a lane boundary [m]",
+        "odometry.v": _Channel("speed from the wheel encoders [m/s]", (0.03, -2.0, 8.4), _VELOCITY),
+        "odometry.omega": _Channel("turn rate from the wheel encoders [rad/s]", (0.07, 1.1, 14.0), _VELOCITY),
+        "actuation.v": _Channel("actual speed minus the command's [m/s]", (0.05, 1.5, 6.4), _CONTROL),
+        "actuation.omega": _Channel("actual turn rate minus the command's [rad/s]", (0.08, -1.0, 5.0), _CONTROL),
+        "pose.x": _Channel("x from the pose sensor [m]", (0.08, 1.2, 5.2), _POSITION_WIDE),
+        "pose.y": _Channel("y from the pose sensor [m]", (0.08, 1.2, 5.2), _POSITION_WIDE),
+        "pose.theta": _Channel("heading from the pose sensor [rad]", (0.05, 0.8, 5.0), _POSITION_NARROW),
+        "detection.x": _Channel("x of a detected person [m]", (0.12, 1.2, 5.2), _OBSTACLE_POSITION),
+        "detection.y": _Channel("y of a detected person [m]", (0.12, 1.2, 5.2), _OBSTACLE_POSITION),
+        "lidar.range": _Channel("range of a beam [m]", (0.03, -1.2, 4.8), _POSITION_NARROW),
+        "gyro": _Channel("turn rate from the gyro [rad/s]", (0.02, 0.5, 4.0), _VELOCITY),
+        "lane.offset": _Channel("distance from a lane boundary [m]", (0.08, 1.2, 5.2), _POSITION_WIDE),
     }
 )
-CHANNELS = tuple(CHANNEL_MEANINGS)
+CHANNEL_MEANINGS: Mapping[str, str] = MappingProxyType({name: row.meaning for name, row in _CHANNELS.items()})
+CHANNELS = tuple(_CHANNELS)
 TIMED_CHANNELS = tuple(name for name in CHANNELS if name not in ("lidar.range", "lane.offset"))  # one draw at a time
 NOISE_WINDOW = 0.1  # [s] for which a draw of the actuation noise holds, whatever the control rate
 
-# std, skew, kurtosis of the default profile, mean 0. They fix how hard the problem is.
-_PEARSON: Mapping[str, tuple[float, float, float]] = MappingProxyType(
-    {
-        "odometry.v": (0.03, -2.0, 8.4),
-        "odometry.omega": (0.07, 1.1, 14.0),
-        "actuation.v": (0.05, 1.5, 6.4),
-        "actuation.omega": (0.08, -1.0, 5.0),
-        "pose.x": (0.08, 1.2, 5.2),
-        "pose.y": (0.08, 1.2, 5.2),
-        "pose.theta": (0.05, 0.8, 5.0),
-        "detection.x": (0.12, 1.2, 5.2),
-        "detection.y": (0.12, 1.2, 5.2),
-        "lidar.range": (0.03, -1.2, 4.8),
-        "gyro": (0.02, 0.5, 4.0),
-        "lane.offset": (0.08, 1.2, 5.2),
-    }
-)
+_PEARSON = MappingProxyType({name: row.pearson for name, row in _CHANNELS.items()})
 _TABLE_HEADING_STD = 0.2  # [rad] at which matching means and matching shapes choose different ways around a table
 
 # Errors of five robots in sets 6 and 7 of the UTIAS multi-robot data (Leung et al., International Journal of Robotics
@@ -100,31 +102,6 @@ _ODOMETRY_V = (-0.006, 0.016, -1.99, 8.4)  # [m/s] over windows of 0.5 s
 _ODOMETRY_OMEGA = (0.0, 0.071, 1.09, 14.3)  # [rad/s]
 _RANGE = (-0.035, 0.174, -1.20, 4.8)  # [m]
 _BEARING = (-0.002, 0.014, -0.49, 7.7)  # [rad]
-
-# Mixtures that the authors of Nair et al. (arXiv 2112.13034) published with related work: weights, means, stds.
-_POSITION_WIDE = ((0.4, 0.6), (0.3, -0.2), (0.25, 0.05))
-_POSITION_NARROW = ((0.4, 0.6), (0.03, -0.04), (0.02, 0.02))
-_VELOCITY = ((0.3, 0.7), (-0.07, 0.03), (0.1, 0.6))
-_CONTROL = ((0.4, 0.6), (-0.9, 1.0), (0.1, 0.6))
-_OBSTACLE_POSITION = ((0.6, 0.4), (-0.5, 0.35), (0.25, 0.35))
-
-_Published = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
-_BIMODAL: Mapping[str, _Published] = MappingProxyType(
-    {
-        "odometry.v": _VELOCITY,
-        "odometry.omega": _VELOCITY,
-        "actuation.v": _CONTROL,
-        "actuation.omega": _CONTROL,
-        "pose.x": _POSITION_WIDE,
-        "pose.y": _POSITION_WIDE,
-        "pose.theta": _POSITION_NARROW,  # none is published for a heading: nearest the robot's own pose
-        "detection.x": _OBSTACLE_POSITION,
-        "detection.y": _OBSTACLE_POSITION,
-        "lidar.range": _POSITION_NARROW,  # none is published for a range: the mixture with two sharp modes
-        "gyro": _VELOCITY,  # a rate
-        "lane.offset": _POSITION_WIDE,  # the robot's distance from a line
-    }
-)
 
 
 def none() -> dict[str, Distribution]:
@@ -148,7 +125,7 @@ def bimodal() -> dict[str, Mixture]:
     Weights and the ratios of means and stds stay as published. The velocity's mixture (odometry, gyro) has a narrow
     component inside a wide one and a single mode; the others have two.
     """
-    return {channel: _scaled(_BIMODAL[channel], _PEARSON[channel][0]) for channel in CHANNELS}
+    return {channel: _scaled(row.bimodal, row.pearson[0]) for channel, row in _CHANNELS.items()}
 
 
 def measured() -> dict[str, Distribution]:

@@ -10,8 +10,8 @@ import numpy as np
 
 from mjnav.control import Controller, make_controller
 from mjnav.control.registry import METHODS, shipped_parameters
-from mjnav.errors import InvalidValue
 from mjnav.scene.spec import Scenario
+from mjnav.settings import below
 
 
 def build_controller(scenario: Scenario) -> Controller:
@@ -21,10 +21,8 @@ def build_controller(scenario: Scenario) -> Controller:
     limits, parameters = deepcopy(
         (scenario.robot.limits, parameters)
     )  # the controller's own: the robot keeps its limits
-    try:
+    with below("control", file=scenario.source):
         return make_controller(control.method, limits, control.period, **parameters)
-    except InvalidValue as error:
-        raise error.within("control", file=scenario.source or None) from None
 
 
 def num_samples(scenario: Scenario) -> int | None:
@@ -34,10 +32,8 @@ def num_samples(scenario: Scenario) -> int | None:
     """
     control = scenario.control
     parameters = {"preferred_speed": scenario.robot.preferred_speed, **control.parameters}
-    try:
+    with below("control", file=scenario.source):
         known = shipped_parameters(control.method, control.period, **parameters)
-    except InvalidValue as error:
-        raise error.within("control", file=scenario.source or None) from None
     return None if known is None else known.samples
 
 

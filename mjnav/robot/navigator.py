@@ -9,7 +9,7 @@ import numpy as np
 from mjnav.control import Controller
 from mjnav.errors import InvalidValue, PluginFault
 from mjnav.filters.particles import shuffled
-from mjnav.geometry.angles import circular_mean
+from mjnav.geometry.angles import mean_pose
 from mjnav.messages import (
     Array,
     Beliefs,
@@ -182,9 +182,8 @@ class Navigator:
         floor, position = self.floor_map, pose[:, :2].mean(axis=0)
         goal, way = self.goal, None
         if self._wayfinder is not None:
-            mean = np.append(position, circular_mean(pose[:, 2]))
             unseen = self._local.unseen if self._local is not None and self._wayfinder.minds_unseen else None
-            self._wayfinder.follow(belief.time, mean, goal, floor.known, beliefs.people, unseen)
+            self._wayfinder.follow(belief.time, mean_pose(pose), goal, floor.known, beliefs.people, unseen)
             goal, way = self._wayfinder.ahead(position)
         return Observation(
             robot_pose=sealed(pose), control_noise=sealed(noise), twist=sealed(self._decided),
@@ -208,9 +207,9 @@ class Navigator:
 
     def _robot_now(self, pose: Array) -> RobotNow:
         """The robot at its mean of poses (N, 3), moving as was decided last."""
-        heading = circular_mean(pose[:, 2])
-        velocity = self._decided[0] * np.array([np.cos(heading), np.sin(heading)])
-        return RobotNow(pose[:, :2].mean(axis=0), velocity, self._scenario.robot.radius)
+        mean = mean_pose(pose)
+        velocity = self._decided[0] * np.array([np.cos(mean[2]), np.sin(mean[2])])
+        return RobotNow(mean[:2], velocity, self._scenario.robot.radius)
 
     def decide(self, observation: Observation) -> Decision:
         """The controller's decision, brought within the robot's limits and within what the robot knows.
@@ -227,8 +226,7 @@ class Navigator:
         except InvalidValue as error:
             raise PluginFault(f"{name}: decide() returned a Decision that cannot be used: {error}") from error
         if self._wayfinder is not None:
-            pose = np.append(observation.robot_pose[:, :2].mean(axis=0), circular_mean(observation.robot_pose[:, 2]))
-            decision = self._wayfinder.recovered(decision, pose)
+            decision = self._wayfinder.recovered(decision, mean_pose(observation.robot_pose))
         if self._caution is None or self._believed is None:
             return decision
         return self._caution.limited(decision, self._believed, self._effect, float(self._decided[0]))

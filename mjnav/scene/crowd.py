@@ -139,10 +139,8 @@ def read_recording(path: Path | str) -> Recording:
     """
     with files.readable("a recording", file=str(path)):
         data = files.read_regular(path, MAX_BYTES)
-    try:
+    with below(file=str(path)):
         return _parsed(data)
-    except InvalidValue as error:
-        raise error.within(file=str(path)) from None
 
 
 @lru_cache(2)  # all cells of a study read the same file, one after the other

@@ -20,6 +20,7 @@ from mjnav.errors import InvalidValue
 from mjnav.printable import printable
 from mjnav.scene.ranges import MIN_SIZE
 from mjnav.scene.toml import read_regular, readable
+from mjnav.settings import below
 
 OVERHEAD = 2.0  # [m] above the floor: what begins higher is out of everybody's way
 THICK = 0.2  # [m]; a box that is wider on both sides is the four walls along its sides
@@ -198,9 +199,7 @@ def floor_tables(file: str, folder: Path) -> tuple[dict[str, Any], list[str]]:
         return {"schema": 1, "name": name, "map": {"file": relative}}, []
     with readable("a world", file=file):
         data = read_regular(file, _MAX_BYTES)
-    try:
+    with below(file=file):
         world = read_world(data)
-    except InvalidValue as error:
-        raise error.within(file=file) from None
     bodies = {"pillars": world.pillars, "walls": world.walls}
     return {"schema": 1, "name": name, **{key: found for key, found in bodies.items() if found}}, world.left_out

@@ -85,10 +85,8 @@ def loads(
         document["seed"] = int(seed) if isinstance(seed, Integral) else seed
         changed["seed"] = "seed"
     for override in overrides_of(overrides):
-        try:
+        with settings.below(file=override.option):
             apply(document, override, _with_defaults(document))
-        except InvalidValue as error:
-            raise error.within(file=override.option) from None
         changed[override.key] = override.option
     try:
         files.inline(document, folder)
@@ -138,12 +136,10 @@ def with_seed(scenario: Scenario, seed: int) -> Scenario:
     draft = scenario.draft
     if draft is None:
         return scenario
-    try:
+    with settings.below(file=scenario.source):
         document = {key: value for key, value in _draft_tables(scenario, draft).items() if key != "control"}
         document["seed"] = draft.tables.get("layout", {}).get("seed", scenario.seed)
         drawn = _drawn(json.dumps(document))
-    except InvalidValue as error:
-        raise error.within(file=scenario.source or None) from None
     return replace(scenario, **{key: getattr(drawn, key) for key in ("layout", *draft.tables)})
 
 

@@ -94,13 +94,11 @@ class OccupancyGrid:
 def read_map(path: str | os.PathLike[str]) -> OccupancyGrid:
     """The map of a YAML file. Raises InvalidValue with the file and its key."""
     file = os.fspath(path)
-    try:
+    with below(file=file):
         info = read(MapInfo, _flat_yaml(_content(file, _MAX_TEXT, "a YAML file of map_server")))
         data = _content(os.path.join(os.path.dirname(file), info.image), _MAX_BYTES, "a picture", "image")
         with below("image"):
             grey = _grey(data, info.image)
-    except InvalidValue as error:
-        raise error.within(file=file) from None
     return _grid(info, *grey)
 
 

@@ -428,12 +428,12 @@ def shown_key(key: str) -> str:
 
 
 @contextmanager
-def below(*keys: str) -> Iterator[None]:
-    """Errors from inside carry `keys`, one in the other, in front of theirs."""
+def below(*keys: str, file: str | None = None) -> Iterator[None]:
+    """Errors from inside carry `keys`, one in the other, in front of theirs, and name the `file`."""
     try:
         yield
     except InvalidValue as error:
-        raise error.within(".".join(shown_key(key) for key in keys if key)) from None
+        raise error.within(".".join(shown_key(key) for key in keys if key), file=file) from None
 
 
 # ---------------------------------------------------------------------------------------- JSON Schema

@@ -21,13 +21,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from mjnav.errors import InvalidValue, MjnavError, unknown_name
+from mjnav.errors import MjnavError, unknown_name
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.provenance import provenance, revision
 from mjnav.scene.library import data_folder
 from mjnav.scene.load import read_text
 from mjnav.scene.toml import parse
-from mjnav.settings import Length, Range, Settled, read_document
+from mjnav.settings import Length, Range, Settled, below, read_document
 from mjnav.settings.plugins import placed
 from mjnav.study.cells import Labels, resolve
 from mjnav.study.compare.cell_rows import WIN_BY, CellRows, cell_rows, columns_for, pooled
@@ -84,10 +84,8 @@ class Bench(Settled):
     def load(cls, path: str | None = None) -> "Bench":
         """Of a file; the shipped one by default. Raises InvalidValue."""
         name = path or str(data_folder("runs") / BENCH / SUITES)
-        try:
+        with below(file=name):
             bench = read_document(cls, parse(read_text(name), name))
-        except InvalidValue as error:
-            raise error.within(file=name) from None
         suites = tuple(replace(s, set={**bench.set, **s.set}, source=name) for s in bench.suites)
         return replace(bench, suites=suites, methods=bench.methods or cls.load().methods, source=name)
 

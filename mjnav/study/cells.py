@@ -13,6 +13,7 @@ from mjnav.loop.prepare import load_scenario
 from mjnav.robot.controller import resolved_parameters
 from mjnav.scene import dumps
 from mjnav.scene.overrides import Override
+from mjnav.settings import below
 from mjnav.settings.plugins import placed
 from mjnav.study.study_file import MethodEntry, Overrides, SettingEntry, StudyFile, controller_keys, flat, scene_paths
 
@@ -168,10 +169,8 @@ def _own(study: StudyFile, method: MethodEntry) -> Iterator[tuple[int | None, di
         yield from ((None, own) for own in _combinations(study, method.identifier, controller_keys(method.grid)))
         return
     standing = {**flat(study.set), **method.values}
-    try:
+    with below("search", file=f"{study.source}: method {method.identifier}"):
         yield from enumerate(method.search.settings(study.name, method.identifier, method.controller, standing), 1)
-    except InvalidValue as error:
-        raise error.within("search", file=f"{study.source}: method {method.identifier}") from None
 
 
 def _combinations(study: StudyFile, method: str, grid: Overrides) -> Iterator[dict[str, object]]:

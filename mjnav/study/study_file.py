@@ -303,10 +303,8 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyFile:
             raise unknown_name("study", name, studies(), also="the path of a study file, .toml")
         name = str(path)
     document = parse(read_text(name), name)
-    try:
+    with below(file=name):
         return replace(read_document(StudyFile, document), source=name)
-    except InvalidValue as error:
-        raise error.within(file=name) from None
 
 
 @cache

@@ -15,8 +15,6 @@ else really are at the packet's moment; `times` tells that moment. So a scan of 
 real one is.
 """
 
-from typing import Protocol
-
 import numpy as np
 
 from mjnav.compile.compiled import Matrix, exact
@@ -111,46 +109,22 @@ def footprint(rays: Matrix, width: float, mixed: float, draws: Matrix):
 PACKET = 0.01  # [s]
 
 
-class Scanner(Protocol):
-    """A lidar on the simulator's clock of steps."""
+class AtOnce:
+    """All beams at the moment of each reading."""
 
-    @property
-    def next(self) -> int:
-        """The step at which the next packet is due."""
-        ...
+    next = NEVER  # the step at which the next packet is due
+
+    def __init__(self, lidar: Lidar, returns: Returns):
+        self._lidar, self._returns = lidar, returns
 
     def take(self, engine: Engine, step: int) -> None:
         """Casts the packet that is due at the present step, if one is."""
-        ...
 
     def scan(self, engine: Engine) -> tuple[Array, Array]:
         """For a reading: ranges (B,) [m] and times (B,) [s] of the beams.
 
         No ranges where nothing new is complete, and no times where all beams are of the reading's moment.
         """
-        ...
-
-
-def scanner(scenario: Scenario, seed: int) -> Scanner:
-    """The lidar of a scenario."""
-    lidar = scenario.sensors.scanner
-    returns = Returns(lidar, scenario.noise.distributions()["lidar.range"], seed)
-    return AtOnce(lidar, returns) if lidar.rate is None else Turning(lidar, lidar.rate, returns, scenario)
-
-
-class AtOnce:
-    """All beams at the moment of each reading."""
-
-    next = NEVER
-
-    def __init__(self, lidar: Lidar, returns: Returns):
-        self._lidar, self._returns = lidar, returns
-
-    def take(self, engine: Engine, step: int) -> None:
-        """See `Scanner`."""
-
-    def scan(self, engine: Engine) -> tuple[Array, Array]:
-        """See `Scanner`."""
         return self._returns.measure(_cast(engine, self._lidar, self._returns, 0, len(self._lidar.angles))), np.zeros(0)
 
 
@@ -193,7 +167,7 @@ class Turning:
         self.next = self._moments.step_of(self._turn * self._slots + self._packets[self._packet][0])
 
     def take(self, engine: Engine, step: int) -> None:
-        """See `Scanner`."""
+        """See `AtOnce`."""
         if step < self.next:
             return
         _, start, stop = self._packets[self._packet]
@@ -207,13 +181,20 @@ class Turning:
         self._begin_turn()
 
     def scan(self, engine: Engine) -> tuple[Array, Array]:
-        """See `Scanner`."""
+        """See `AtOnce`."""
         if self._is_first:
             self._is_first = False
             whole = _cast(engine, self._lidar, self._returns, 0, len(self._times))
             return self._returns.measure(whole), np.zeros(0)
         complete, self._complete = self._complete or (np.zeros(0), np.zeros(0)), None
         return complete
+
+
+def scanner(scenario: Scenario, seed: int) -> AtOnce | Turning:
+    """The lidar of a scenario."""
+    lidar = scenario.sensors.scanner
+    returns = Returns(lidar, scenario.noise.distributions()["lidar.range"], seed)
+    return AtOnce(lidar, returns) if lidar.rate is None else Turning(lidar, lidar.rate, returns, scenario)
 
 
 def _cast(engine: Engine, lidar: Lidar, returns: Returns, start: int, stop: int) -> Array:

@@ -165,22 +165,12 @@ class Renderer:
 
     The camera looks down at an angle and is just far enough away that all that stands in the scene, and `floor`
     (n, 2) [m], is in the picture. Ways around things, of people who are there, are lines on the floor. `size` is
-    (width, height) in pixels; azimuth and elevation [deg] say where the camera looks; `quick` drawing has coarser
-    edges. Several may be used in turn, and beside a window.
+    (width, height) in pixels; `quick` drawing has coarser edges. Several may be used in turn, and beside a window.
 
     Raises InputError where OpenGL cannot draw without a screen.
     """
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        floor: Array,
-        *,
-        size: tuple[int, int],
-        azimuth: float = AZIMUTH,
-        elevation: float = ELEVATION,
-        quick: bool = False,
-    ):
+    def __init__(self, scenario: Scenario, floor: Array, *, size: tuple[int, int], quick: bool = False):
         width, height = size
         self._context = open_context(width, height)
         self._scenario = scenario
@@ -189,7 +179,7 @@ class Renderer:
         self._stage = Stage(scenario, size=size, quick=quick)
         model = self._stage.model
         points = np.concatenate([scene_points(scenario), floor])
-        self._camera = overview(points, width / height, azimuth=azimuth, elevation=elevation)
+        self._camera = overview(points, width / height)
         self._scene = mujoco.MjvScene(model, maxgeom=_MAX_GEOMS)
         with self._context.as_current():
             self._drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
@@ -268,16 +258,10 @@ class Renderer:
 
 
 def render(
-    scenario: Scenario,
-    state: WorldState,
-    *,
-    size: tuple[int, int] = (1280, 720),
-    azimuth: float = AZIMUTH,
-    elevation: float = ELEVATION,
-    **drawn: Any,
+    scenario: Scenario, state: WorldState, *, size: tuple[int, int] = (1280, 720), **drawn: Any
 ) -> NDArray[np.uint8]:
     """One picture, with the robot and all people in it, and what is `drawn` besides; see `Renderer`."""
     there = ~np.isnan(state.people_position[:, 0])
     floor = np.concatenate([state.robot_pose[None, :2], state.people_position[there]])
-    with Renderer(scenario, floor, size=size, azimuth=azimuth, elevation=elevation) as renderer:
+    with Renderer(scenario, floor, size=size) as renderer:
         return renderer.draw(state, **drawn)

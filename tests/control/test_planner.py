@@ -39,7 +39,7 @@ def driven_by(rows, heading, goal, limits, steps=20, twist=(0.0, 0.0)):
 )  # fmt: skip
 def test_every_rollout_is_within_the_limits_and_there_are_as_many_as_are_counted(heading, goal, twist, limits):
     rows = moves(limits, np.array(twist), 0.8, 3, 5, 0.6)
-    assert len(rows) == num_rollouts(3, 5) - (0 if limits is BACK else 5 * len(SECOND))
+    assert len(rows) == num_rollouts(3, 5, reverses=limits is BACK)
     rollouts, driven = driven_by(rows, heading, goal, limits, twist=twist)
     for part in ("controls", "x", "y", "heading"):
         assert np.abs(getattr(driven, part) - getattr(rollouts, part)).max() < 1e-12

@@ -94,3 +94,14 @@ def test_who_stand_at_one_place_are_pushed_apart_with_finite_force(people, form)
     found = people([(1.0, 1.0), (1.0, 1.0)], [(0.0, 0.0), (0.0, 0.0)]).accelerations(form)
     assert np.isfinite(found).all()
     assert found[0, 0] < 0.0 < found[1, 0]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_nobody_beyond_the_cut_counts(crowd, people, form):
+    some = crowd(1, num=12)
+    distance = np.hypot(*(some.position - some.position[0]).T)
+    within = distance <= np.median(distance)
+    few = people(some.position[within], some.velocity[within])
+    found = some.accelerations(form, cut=np.median(distance), lookahead=0.0)[0]
+    np.testing.assert_array_equal(found, few.accelerations(form, cut=inf, lookahead=0.0)[0])
+    assert (found != some.accelerations(form, cut=inf, lookahead=0.0)[0]).any()

@@ -56,9 +56,9 @@ SECOND.flags.writeable = False
 ALONE = 2  # rollouts without a first move: standing still, and the way to the goal, which is the last
 
 
-def num_rollouts(num_speeds: int, num_turn_rates: int) -> int:
-    """How many rollouts there are, at most, for a robot that reverses has one speed more."""
-    return ((num_speeds + 1) * num_turn_rates + 1) * len(SECOND) + ALONE
+def num_rollouts(num_speeds: int, num_turn_rates: int, *, reverses: bool) -> int:
+    """How many rollouts there are; a robot that `reverses` has one speed more."""
+    return ((num_speeds + reverses) * num_turn_rates + 1) * len(SECOND) + ALONE
 
 
 def moves(limits: RobotLimits, twist: Array, speed: float, num_speeds: int, num_turn_rates: int, hold: float) -> Array:

@@ -17,7 +17,7 @@ from mjnav.control.problem.candidates import Candidates, candidate_grid, cheapes
 from mjnav.control.problem.goal_cost import GoalCost
 from mjnav.control.problem.obstacles import Discs, Reach, blocks, discs_in_reach, straightened, walls_in_reach
 from mjnav.control.problem.samples import SampleCone, lane_samples
-from mjnav.geometry.angles import circular_mean
+from mjnav.geometry.angles import mean_pose
 from mjnav.messages import Array, Observation, RobotLimits
 
 
@@ -39,8 +39,7 @@ class Problem(Constant):
     @cached_property
     def mean_pose(self) -> Array:
         """Mean of the robot's samples, (3,)."""
-        pose = self.observation.robot_pose
-        return np.array([*pose[:, :2].mean(axis=0), circular_mean(pose[:, 2])])
+        return mean_pose(self.observation.robot_pose)
 
     @cached_property
     def to_robot(self) -> Array:

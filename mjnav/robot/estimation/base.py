@@ -7,10 +7,9 @@ The likelihood of a channel has a floor.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mjnav.compile.compiled import Vector, kernel
 from mjnav.constant import Constant
@@ -189,17 +188,6 @@ class Tracker(Protocol):
 NO_BELIEF = "draw() needs a belief: call update() with a reading first"
 
 
-class Posterior(NamedTuple):
-    """Weighted particles of B bodies with their moments; a row a body."""
-
-    particles: Sequence[Array] | Array  # (B, n, d)
-    weights: Sequence[Array] | Array  # (B, n)
-    mean: Sequence[Array] | Array  # (B, d)
-    covariance: Sequence[Array] | Array  # (B, d, d)
-    ess: Sequence[float] | Array  # (B,)
-    recovered: Sequence[bool] | NDArray[np.bool_]  # (B,) whether the belief started again from the reading
-
-
 def error_at(away: Array) -> Array:
     """(3, 3), which takes a small error of a pose to the error of its frame `away` (2,) [m] from it, in world axes."""
     x, y = away.tolist()
@@ -278,15 +266,27 @@ class PeopleTracker:
         pairs = zip(self._tracked, self._tracks, strict=True)
         return tuple([shuffled(track.particles, track.weights, num, self._drawing[p]) for p, track in pairs])
 
-    def _conclude(self, time: float, posterior: Posterior, tracked: Sequence[int]) -> tuple[Track, ...]:
-        """The latest tracks, of those who are `tracked`, from a posterior of all people."""
-        self._tracked = tracked
+    def _conclude(
+        self,
+        time: float,
+        particles: Sequence[Array] | Array,
+        weights: Array,
+        mean: Sequence[Array],
+        covariance: Sequence[Array],
+        tracked: Sequence[int],
+        recovered: Sequence[bool] = (),
+    ) -> tuple[Track, ...]:
+        """The latest tracks, of those who are `tracked`, from what is believed of all people.
+
+        particles (B, n, 4), mean (B, 4), covariance (B, 4, 4); the weights (n,) are equal. `recovered` (B,): whose
+        beliefs started again from the reading.
+        """
+        self._tracked, size = tracked, float(len(weights))
         names, radii = self._names, self._radii
-        particles, weights, mean, covariance, size, recovered = posterior
         self._tracks = tuple([
             Track(
-                names[p], time, particles[p], weights[p], mean[p], covariance[p], float(size[p]), radii[p],
-                bool(recovered[p]),
+                names[p], time, particles[p], weights, mean[p], covariance[p], size, radii[p],
+                bool(recovered) and recovered[p],
             )
             for p in tracked
         ])  # fmt: skip

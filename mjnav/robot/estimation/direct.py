@@ -13,23 +13,13 @@ from mjnav.filters.particles import weighted_moments
 from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.noise import Distribution
 from mjnav.rng import stream
-from mjnav.robot.estimation.base import (
-    DETECTION_CHANNELS,
-    HEADING,
-    LEAST_STD,
-    WALKING_SPEED,
-    PeopleTracker,
-    PoseEstimator,
-    Posterior,
-    person_track,
-    widened,
-)
+from mjnav.robot.estimation import base
 from mjnav.robot.estimation.particle import ODOMETRY_CHANNELS, POSE_CHANNELS, moved, pose_samples
 
 VELOCITY_WINDOW = 1.0  # [s] of detections behind a velocity: shorter is noisier, longer lags behind a turn
 
 
-class DirectLocalizer(PoseEstimator):
+class DirectLocalizer(base.PoseEstimator):
     """Particles = pose reading - noise draws, equally weighted; without noise all of them are the reading."""
 
     def __init__(self, noise: Mapping[str, Distribution], num_particles: int, seed: int):
@@ -37,7 +27,7 @@ class DirectLocalizer(PoseEstimator):
         self._noise = [noise[channel] for channel in POSE_CHANNELS]
         self._weights = np.full(num_particles, 1.0 / num_particles)
         self._stream = stream(seed, "estimation.direct")
-        self._odometry = [widened(channel, noise[channel]) for channel in ODOMETRY_CHANNELS]
+        self._odometry = [base.widened(channel, noise[channel]) for channel in ODOMETRY_CHANNELS]
         self._motion_streams = [stream(seed, f"estimation.motion.{channel}") for channel in ODOMETRY_CHANNELS]
 
     def update(self, reading: Reading) -> RobotBelief:
@@ -45,14 +35,14 @@ class DirectLocalizer(PoseEstimator):
         particles = pose_samples(reading, self._noise, self._weights.size, self._stream)
         if "pose" in reading.dropped and self._belief is not None:
             particles = moved(self._belief.particles, reading, self._odometry, self._motion_streams)
-        mean, covariance = weighted_moments(particles, self._weights, HEADING)
+        mean, covariance = weighted_moments(particles, self._weights, base.HEADING)
         self._belief = RobotBelief(
             reading.time, particles, self._weights, mean, covariance, ess=float(self._weights.size)
         )
         return self._belief
 
 
-class DirectTracker(PeopleTracker):
+class DirectTracker(base.PeopleTracker):
     """Position = detection - noise draws; velocity = the slope of such positions over a window.
 
     Sample i keeps the draws that were made for each detection of the window, so it is one possible history. Its
@@ -66,12 +56,15 @@ class DirectTracker(PeopleTracker):
 
     def __init__(self, noise: Mapping[str, Distribution], num_particles: int, radii: Sequence[float], seed: int):
         super().__init__(radii, seed)
-        self._noise = [noise[channel] for channel in DETECTION_CHANNELS]
+        self._noise = [noise[channel] for channel in base.DETECTION_CHANNELS]
         self._weights = np.full(num_particles, 1.0 / num_particles)
-        std = [max(channel.std, LEAST_STD[name]) for channel, name in zip(self._noise, DETECTION_CHANNELS, strict=True)]
-        self._ridge = np.square(np.asarray(std) / WALKING_SPEED)  # (2,) r [s^2]
+        std = [
+            max(channel.std, base.LEAST_STD[name])
+            for channel, name in zip(self._noise, base.DETECTION_CHANNELS, strict=True)
+        ]
+        self._ridge = np.square(np.asarray(std) / base.WALKING_SPEED)  # (2,) r [s^2]
         self._streams = [stream(seed, "estimation.direct", name) for name in self._names]
-        self._prior_velocity = WALKING_SPEED * np.stack(
+        self._prior_velocity = base.WALKING_SPEED * np.stack(
             [stream(seed, "estimation.start", name).standard_normal((num_particles, 2)) for name in self._names]
             or [np.zeros((num_particles, 2))]
         )  # (P, n, 2)
@@ -100,9 +93,7 @@ class DirectTracker(PeopleTracker):
             velocity = np.repeat(reading.people_velocity[:, None], self._weights.size, axis=1)
         particles = np.nan_to_num(np.concatenate([position, velocity], axis=-1))
         mean, covariance = zip(*[weighted_moments(states, self._weights, -1) for states in particles], strict=True)
-        weights = [self._weights] * len(particles)
-        num, nobody = [float(self._weights.size)] * len(particles), [False] * len(particles)
-        return self._conclude(reading.time, Posterior(particles, weights, mean, covariance, num, nobody), tracked)
+        return self._conclude(reading.time, particles, self._weights, mean, covariance, tracked)
 
     def _coasted(self, reading: Reading) -> tuple[Track, ...]:
         """The tracks before, each sample on at its velocity."""
@@ -110,7 +101,7 @@ class DirectTracker(PeopleTracker):
         for track in self._tracks or ():
             position, velocity = np.hsplit(track.particles, 2)
             states = np.hstack([position + (reading.time - track.time) * velocity, velocity])
-            tracks.append(person_track(track.name, reading.time, track.radius, states))
+            tracks.append(base.person_track(track.name, reading.time, track.radius, states))
         self._tracks = tuple(tracks)
         return self._tracks
 

@@ -9,7 +9,7 @@ from mjnav.filters.mixture_kalman import GaussianSum, fitted
 from mjnav.messages import Reading, RobotBelief, Track
 from mjnav.noise import Distribution
 from mjnav.rng import stream
-from mjnav.robot.estimation.base import DETECTION_CHANNELS, FLOOR_WIDTH, LEAST_STD, PeopleTracker, Posterior, widened
+from mjnav.robot.estimation.base import DETECTION_CHANNELS, FLOOR_WIDTH, LEAST_STD, PeopleTracker, widened
 from mjnav.robot.estimation.kalman import KalmanPersonFilter, noise_moments
 from mjnav.robot.estimation.walk_filter import StopAndGo, WalkFilter
 
@@ -58,15 +58,9 @@ class FilteringTracker(PeopleTracker):
                 person.start(measured, self._noise)
                 self._unexplained[p] = 0
         self._started = True
-        posterior = Posterior(
-            [person.draw(self._num, rng) for person, rng in zip(self._filters, self._streams, strict=True)],
-            [self._weights] * len(self._names),
-            [person.mean for person in self._filters],
-            [person.covariance for person in self._filters],
-            [float(self._num)] * len(self._names),
-            recovered,
-        )
-        return self._conclude(reading.time, posterior, tracked)
+        particles = [person.draw(self._num, rng) for person, rng in zip(self._filters, self._streams, strict=True)]
+        mean, covariance = [person.mean for person in self._filters], [person.covariance for person in self._filters]
+        return self._conclude(reading.time, particles, self._weights, mean, covariance, tracked, recovered)
 
     def _loses(self, person: int, density: float) -> bool:
         """Whether a filter explains its person's detections no more, after one more of that density [1/m^2]."""

@@ -267,8 +267,3 @@ class Rays(NamedTuple):
     closed: bool  # whether the last beam is a neighbour of the first one
     min_range: float  # [m]
     max_range: float  # [m]
-
-    @property
-    def points(self) -> np.ndarray:
-        """Where the beams end, (B, 2) [m]; not finite where nothing returned."""
-        return self.origins + self.ranges[:, None] * self.directions
