@@ -53,7 +53,7 @@ def cone() -> Figure:
 def distributions() -> Figure:
     """F of the closest person at three controls of one decision of `crossing3`, and F^des."""
     scenario = mjnav.load_scenario("crossing3", seed=3)
-    observation = record_at(scenario, 0.4).observation
+    observation = record_at(scenario, 2.9).observation
     controller = make_controller("rkhs", scenario.robot.limits, scenario.control.period)
     problem = controller.problem(observation)  # type: ignore[attr-defined]  # of the methods that have candidates
     c, decision = problem.candidates, controller.decide(observation)

@@ -5,7 +5,7 @@ The rollouts, the progress and the effort are the planner's; the risk is `mppi`'
     risk_k = weight sum_j sum_t P_jt dt  +  sum_i lambda_i sum_t P_it dt,
 
 expected times in collision with every obstacle j, and beyond either lane boundary i (`problem.mppi_risk`). What sets
-`rkhs-plan` apart from it is the risk.
+`rkhs-plan` apart from it is the risk, and the weights of the other costs, which were tuned for each.
 
 A rollout is feasible where at no step the probability of a collision, or of being beyond a boundary, exceeds
 `risk_bound`.

@@ -13,7 +13,7 @@ control that is free of collisions, and D_1, D_2 the same of the lane distances,
     control/problem/samples.py   F_j(u): f for all pairs of samples
     constraints/collision_cone.py    f
 
-and beside the way control/problem/goal_cost.py for J, desired.py for F^des and lane_samples.py for D.
+and beside the way control/problem/goal_cost.py for J and desired.py for F^des; samples.py has D as well.
 """
 
 from dataclasses import dataclass
