@@ -56,12 +56,9 @@ def new_path(option: str, given: str | os.PathLike[str], *suffixes: str) -> Path
 
 @contextmanager
 def written(path: Path) -> Iterator[IO[bytes]]:
-    """The open file. Raises InputError with the path where the disk refuses."""
-    try:
-        with open(path, "wb") as file:
-            yield file
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror or error}") from None
+    """The open file, which is there once it is whole. Raises InputError with the path where the disk refuses."""
+    with replacement(path) as partial, open(partial, "wb") as file:
+        yield file
 
 
 @contextmanager

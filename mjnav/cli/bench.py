@@ -34,8 +34,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--suites", metavar="FILE", help="suites of your own; their rows lie beside it as .parquet")
     parser.add_argument("--suite", action="append", default=[], metavar="NAME", help="one of the suites; repeatable")
-    parser.add_argument("--quick", action="store_true", help="a tenth of the layouts")
-    parser.add_argument("--share", type=SHARE, default=1.0, metavar="X", help="another share of the layouts")
+    some = parser.add_mutually_exclusive_group()
+    some.add_argument("--quick", action="store_true", help="a tenth of the layouts")
+    some.add_argument("--share", type=SHARE, default=1.0, metavar="X", help="another share of the layouts")
     parser.add_argument(
         "--set",
         action="append",

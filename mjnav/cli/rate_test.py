@@ -13,6 +13,7 @@ from mjnav.loop.prepare import load_scenario
 from mjnav.loop.realtime.stress import shuttling
 from mjnav.loop.run import warm_up
 from mjnav.metrics.timing import FAIL, RULES
+from mjnav.scene.overrides import overrides_of
 
 MAX_NAMED = 10  # misses that are named in text
 RATE = 50.0  # [Hz]
@@ -38,7 +39,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.log is not None:
         check_path(arguments.log)
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
-    case = shuttling(scenario, arguments.rate, arguments.duration)
+    set_rate = any(given.key == "control.rate" for given in overrides_of(arguments.overrides))
+    case = shuttling(scenario, scenario.control.rate if set_rate else arguments.rate, arguments.duration)
     with interruptible() as interrupted:
         with compile_notice():
             warm_up(case)

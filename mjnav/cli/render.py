@@ -50,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
 def _size(given: str | None) -> tuple[int, int] | None:
     if given is None:
         return None
-    sides = re.fullmatch(r"(\d{1,5})x(\d{1,5})", given)
+    sides = re.fullmatch(r"(\d{1,9})x(\d{1,9})", given)
     if sides is None:
         raise InvalidValue("--size", given, "WIDTHxHEIGHT in pixels")
     return int(sides[1]), int(sides[2])

@@ -1,9 +1,10 @@
 """`mjnav show SCENE`: a shipped run file or study file as it is, or a scene as a run has it."""
 
 import argparse
+import os
 
 from mjnav.cli.options import overrides
-from mjnav.errors import unknown_name
+from mjnav.errors import InputError, unknown_name
 from mjnav.output_files import new_path, written
 from mjnav.scene import data_folder, dumps, load, names
 from mjnav.study.study_file import FOLDER, studies
@@ -33,6 +34,8 @@ def execute(arguments: argparse.Namespace) -> int:
         path = runs / f"{arguments.name}.toml"
     elif arguments.name in studies():
         path = runs / FOLDER / f"{arguments.name}.toml"
+    elif os.path.isfile(arguments.name):
+        raise InputError(f"{arguments.name}: a run file is shown with --seed or --set, as a run has it")
     else:
         raise unknown_name("SCENE", arguments.name, (*names(), *studies()))
     return _write(path.read_text(encoding="utf-8"), arguments.output)

@@ -23,9 +23,11 @@ from mjnav.loop.provenance import FACTS, OWN_SOURCES, changes, run_info
 from mjnav.loop.result import Result
 from mjnav.loop.supervision import RunFault
 from mjnav.messages import PHASES, TickRecord, WorldState
+from mjnav.robot.controller import build_controller
 from mjnav.robot.latency import replayed
 from mjnav.scene.plugged import plugins_of
 from mjnav.scene.spec import Scenario
+from mjnav.settings import below
 from mjnav.settings.plugins import Given, name_of
 from mjnav.world.scene import parts_hash
 
@@ -224,6 +226,8 @@ def replay(
     scenario = with_estimators(scenario, localizer, tracker)
     if controller is not None:
         scenario = replace(scenario, control=replace(scenario.control, method=name_of(controller)))
+        with below(file="controller"):
+            build_controller(scenario)
     if not trust:
         _refuse_code(log.path, logged, scenario)
     follower = _Follower(log, scenario, known, renamed=controller is not None)

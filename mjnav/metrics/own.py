@@ -108,7 +108,7 @@ def _misfits(name: str, values: Mapping[object, object], figures: Mapping[str, F
 
 def _number(value: object) -> float | None:
     """A value as a finite float, or None."""
-    if not isinstance(value, Real):
+    if isinstance(value, bool) or not isinstance(value, Real):
         return None
     try:
         number = float(value)

@@ -17,8 +17,12 @@ import numpy as np
 from mjnav.constant import Constant
 from mjnav.messages import Array
 from mjnav.noise.base import Distribution
+from mjnav.noise.distributions import Empirical, Mixture
 
-REACH, POINTS = 15.0, 12_001  # standard deviations to both sides of the mean, and places at which the density is taken
+REACH, FARTHEST = 15.0, 1e6  # [std] from the mean: of places that are evenly apart, and of the last one along a tail
+POINTS = 12_001  # evenly apart
+NEAREST, DECADE = 1e-12, 250  # of the support, from a hard end; places from there on to ten times as far away
+WIDTHS = 8.0  # [std] of a Gaussian, beyond which nothing is left of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,14 +34,16 @@ class DistributionFunction(Constant):
 
     @classmethod
     def of(cls, law: Distribution) -> "DistributionFunction":
-        """Within REACH standard deviations of the mean; a point mass is a step."""
+        """F at `_places`; a point mass is a step."""
         if law.std == 0.0:
             return cls(np.full(2, law.mean), np.array([0.0, 1.0]))
-        low, high = law.support
-        x = np.linspace(max(low, law.mean - REACH * law.std), min(high, law.mean + REACH * law.std), POINTS)
-        density = np.exp(np.minimum(law.logpdf(x), 700.0))
-        share = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
-        return cls(x, share / share[-1])
+        x = _places(law)
+        logs = np.minimum(law.logpdf(x), 700.0)
+        density, (low, high) = np.exp(logs), law.support
+        inner = 0.5 * (density[1:] + density[:-1]) * np.diff(x)
+        ends = _beyond(x - low, logs), _beyond(high - x[::-1], logs[::-1])
+        share = np.cumsum(np.concatenate([[0.0, ends[0]], inner, [ends[1]]]))
+        return cls(np.concatenate([[max(low, x[0] - 1.0)], x, [min(high, x[-1] + 1.0)]]), share / share[-1])
 
     def below(self, x: Array) -> Array:
         """F(x)."""
@@ -46,6 +52,40 @@ class DistributionFunction(Constant):
     def quantile(self, share: Array) -> Array:
         """F^-1."""
         return np.interp(share, self.share, self.x)
+
+
+def _places(law: Distribution) -> Array:
+    """Where the density of a law is taken, rising, inside its support.
+
+    Evenly; denser and denser towards a hard end, where it may be infinite; sparser and sparser along a tail; and about
+    every Gaussian of a sum of them.
+    """
+    if isinstance(law, Mixture | Empirical):
+        gaussians = (law.means, law.stds) if isinstance(law, Mixture) else (law.samples, law.bandwidth)
+        centre, width = np.broadcast_arrays(*gaussians)
+        some = np.linspace(0, len(centre) - 1, min(len(centre), POINTS // 3)).astype(int)
+        about = np.linspace(-WIDTHS, WIDTHS, POINTS // len(some))
+        close = (centre[some, None] + width[some, None] * about).ravel()
+        ends = (centre - WIDTHS * width).min(), (centre + WIDTHS * width).max()
+        return np.unique(np.concatenate([np.linspace(*ends, POINTS), close]))
+    (low, high), reach = law.support, REACH * law.std
+    first, last = max(low, law.mean - reach), min(high, law.mean + reach)
+    near = np.geomspace(NEAREST, 1.0, DECADE * 12) * (last - first)
+    far = np.geomspace(reach, FARTHEST * law.std, 1000)
+    x = [np.linspace(first, last, POINTS), low + near, high - near, law.mean - far, law.mean + far]
+    x = np.unique(np.concatenate(x))
+    return x[np.isfinite(x) & (x >= low + near[0]) & (x <= high - near[0])]
+
+
+def _beyond(away: Array, logs: Array) -> float:
+    """The share between a support's end and the first of places, `away` (n,) from it, of a log-density `logs` there.
+
+    Towards a hard end a density goes as c r^(a - 1) with the distance r: c r^a / a is left.
+    """
+    if not np.isfinite(away[0]) or np.exp(logs[0]) == 0.0:
+        return 0.0
+    a = 1.0 + (logs[DECADE] - logs[0]) / np.log(away[DECADE] / away[0])
+    return float(np.exp(logs[0]) * away[0] / max(a, 1e-6))
 
 
 # Share of draws beyond which scores count as alike, 3.7 standard deviations: at a law's hard edge draws follow one

@@ -14,7 +14,7 @@ import numpy as np
 
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
-from mjnav.noise.base import Distribution
+from mjnav.noise.base import MOST, Distribution
 from mjnav.noise.correlated import DistributionFunction
 from mjnav.noise.distributions import MAX_SAMPLES, Empirical, Mixture
 from mjnav.noise.pearson import Pearson
@@ -94,6 +94,9 @@ def fits(errors: Array) -> tuple[Fit, ...]:
         raise InvalidValue("", f"{len(errors)} numbers", f"at least {FEWEST}")
     if errors.std() <= 1e-12 * np.abs(errors).max():
         raise InvalidValue("", f"{len(errors)} times {errors[0]:g}", "numbers that differ")
+    if max(abs(errors.mean()), errors.std()) > MOST:
+        found = f"a mean of {errors.mean():.4g} and a std of {errors.std():.4g}"
+        raise InvalidValue("", found, f"both at most {MOST:g}, in the unit of the channel")
     folds = np.arange(len(errors)) % FOLDS
     found = []
     for name, (fit, keys) in _ARGUMENTS.items():

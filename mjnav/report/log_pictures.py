@@ -96,7 +96,7 @@ def write_film(path: str | PathLike[str], frames: Iterable[NDArray[np.uint8]], f
     return count
 
 
-GIF = ".gif"
+GIF, MOST_OF_GIF = ".gif", 50  # frames a second
 FILMS = (".mp4", GIF)
 COLOURS = 64  # of a GIF
 
@@ -111,8 +111,10 @@ def write_gif(path: str | PathLike[str], frames: Iterable[NDArray[np.uint8]], fp
     first, *rest = (Image.fromarray(pixels) for pixels in frames)
     palette = first.quantize(COLOURS, dither=Image.Dither.NONE)
     others = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in rest]
-    palette.save(path, save_all=True, append_images=others, duration=round(1000 / fps), loop=0, optimize=True)
-    return 1 + len(others)
+    num = 1 + len(others)
+    hundredths = np.diff(np.round(100.0 / fps * np.arange(num + 1))).astype(int)  # as whole ones as a GIF has
+    palette.save(path, save_all=True, append_images=others, duration=(10 * hundredths).tolist(), loop=0, optimize=True)
+    return num
 
 
 # --------------------------------------------------------------------------------------------- render
@@ -225,6 +227,8 @@ def film(
     """Films a run at these times; `progress` gets the number of every frame before it is encoded."""
     from mjnav.world.render import Renderer
 
+    if path.suffix.lower() == GIF and fps > MOST_OF_GIF:
+        raise InvalidValue("fps", fps, f"at most {MOST_OF_GIF} for a GIF, of which viewers show no more")
     size, write = _checked_size(size or FILM_SIZE, even=True), write_gif if path.suffix.lower() == GIF else write_film
     if write is write_film:
         require_codec()

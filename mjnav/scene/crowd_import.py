@@ -109,11 +109,11 @@ def _windows(tracks: Sequence[Track], moments: Moments, step: float, length: flo
     sizes = np.array([len(positions) for positions in moments.values()], int)
     for i in range(max(1, ceil((leaves[-1] - _LEAST_WINDOW) / length))):
         start, end = i * length, min((i + 1) * length, float(leaves[-1]))
-        within = sizes[np.searchsorted(steps * step, start, side="right") : np.searchsorted(steps * step, end)]
+        within = sizes[np.searchsorted(steps * step, start - 1e-6) : np.searchsorted(steps * step, end)]
         people = int(np.searchsorted(enters, end) - np.searchsorted(leaves, start, side="right"))
         at_start = moments.get(ceil(start / step - 1e-6))
         closest = None if at_start is None else _closest(at_start)
-        yield Window(start, end, people, int(within.max(initial=0)), closest)
+        yield Window(start, end, people, min(people, int(within.max(initial=0))), closest)
 
 
 def _speeds(tracks: Sequence[Track]) -> Speeds:

@@ -116,7 +116,7 @@ def _flat_yaml(data: bytes) -> dict[str, Any]:
         raise InvalidValue("", data[error.start : error.end], "text in UTF-8") from None
     key = ""
     for number, line in enumerate(lines, start=1):
-        line = re.sub(r"(^|\s)#.*", "", line).strip()
+        line = re.sub(r"""("[^"]*"|'[^']*')|(?:^|\s)#.*""", r"\1", line).strip()
         item, array = re.fullmatch(r"-\s+(.*)", line), found.get(key)
         if line in ("", "---", "..."):
             continue
@@ -214,6 +214,10 @@ def put_map(document: dict[str, Any], folder: Path | None) -> None:
     if isinstance(robot, dict):
         for key in ("start", "goal"):
             _check_free(f"robot.{key}", robot.get(key), grid, given.unknown)
+    people = document.get("people")
+    for i, person in enumerate(people if isinstance(people, list) else ()):
+        if isinstance(person, dict):
+            _check_free(f"people.{i}.start", person.get("start"), grid, given.unknown)
 
 
 def _check_free(key: str, point: Any, grid: OccupancyGrid, unknown: str) -> None:
@@ -314,6 +318,8 @@ def map_of(floor_plan: Floor, points: Array, resolution: float, image: str) -> O
     info = MapInfo(image, resolution, (float(low[0] * resolution), float(low[1] * resolution), 0.0))
     parts, _ = label(~occupied)  # type: ignore[misc]
     column, row = np.floor(points[0] / resolution - low).astype(int)
+    if occupied[row, column]:
+        raise InvalidValue("resolution", resolution, "smaller cells: that of the robot's start is occupied")
     cells = np.where(np.asarray(parts) == parts[row, column], FREE, UNKNOWN)
     cells[occupied] = OCCUPIED
     return OccupancyGrid(info, cells.astype(np.int8))
@@ -327,7 +333,7 @@ def written_map(grid: OccupancyGrid) -> tuple[bytes, bytes]:
     """The YAML file and the picture, a PGM of 8 bits: black is occupied, white free, grey unknown."""
     info, (rows, columns) = grid.info, grid.cells.shape
     origin = ", ".join(map(repr, info.origin))
-    lines = [f"image: {info.image}", "mode: trinary", f"resolution: {info.resolution!r}", f"origin: [{origin}]"]
+    lines = [f'image: "{info.image}"', "mode: trinary", f"resolution: {info.resolution!r}", f"origin: [{origin}]"]
     lines += ["negate: 0", "occupied_thresh: 0.65", "free_thresh: 0.196"]
     grey = np.select([grid.cells == OCCUPIED, grid.cells == FREE], [0, 254], 205).astype(np.uint8)
     picture = b"P5\n%d %d\n255\n" % (columns, rows) + np.ascontiguousarray(grey[::-1]).tobytes()

@@ -151,6 +151,7 @@ _MAX_GEOMS = 20_000
 LEGEND_HEIGHT = 400  # [pixels] of a picture, below which a legend would hide too much
 # what may be drawn -> its colour, and what it is
 _LEGEND = (
+    ("ways", "pale", "people's ways around things"),
     ("trail", "orange", "its way so far"),
     ("plan", "black, red", "its plan; red where nothing is feasible"),
     ("fan", "violet to yellow", "what else it weighed, by cost"),
@@ -216,7 +217,8 @@ class Renderer:
         mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, self._camera, everything, scene)
         decoration.draw_route(scene, self._scenario)
         there = ~np.isnan(state.people_position[:, 0])
-        decoration.draw_ways(scene, (way for person, way in self._ways if there[person]))
+        ways = [way for person, way in self._ways if there[person]]
+        decoration.draw_ways(scene, ways)
         if trail is not None:
             decoration.draw_trail(scene, trail)
         if tracks is not None:
@@ -237,7 +239,8 @@ class Renderer:
                 mujoco.mjr_overlay(font, corner, rectangle, text, "", drawing)
             if legend and rectangle.height >= LEGEND_HEIGHT:
                 given = {"trail": trail, "plan": plan, "fan": fan, "tracks": tracks, "detections": detections}
-                rows = [row[1:] for row in _LEGEND if {**given, "scan": scan}[row[0]] is not None]
+                given |= {"scan": scan, "ways": len(ways) or None}
+                rows = [row[1:] for row in _LEGEND if _is_drawn(given[row[0]])]
                 colours, meanings = ("\n".join(column) for column in zip(("green", "goal"), *rows, strict=True))
                 font, corner = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos.mjGRID_BOTTOMLEFT
                 mujoco.mjr_overlay(font, corner, rectangle, colours, meanings, drawing)
@@ -255,6 +258,10 @@ class Renderer:
 
     def __exit__(self, *error: object) -> None:
         self.close()
+
+
+def _is_drawn(given: ArrayLike | None) -> bool:
+    return given is not None and bool(np.isfinite(given).any())
 
 
 def render(

@@ -9,7 +9,6 @@ memory quadratic in their number, and near boxes of one body by a tree.
 # mujoco's compiled modules carry no types.
 
 import hashlib
-from collections.abc import Sequence
 from math import atan2, hypot, pi
 
 import mujoco
@@ -29,8 +28,6 @@ SMOOTH = (
     0.005,
     0.0001,
 )  # friction of walls, as of pillars and legs: people slide along them; the robot has its own
-
-_LIKE_THE_CHASSIS = ("type", "contype", "conaffinity", "condim", "friction", "priority", "solref", "group", "rgba")
 
 _SHIRTS = ((0.25, 0.45, 0.70), (0.72, 0.34, 0.30), (0.33, 0.57, 0.42), (0.55, 0.40, 0.66), (0.85, 0.64, 0.25))
 _SHOULDER, _HEAD = 1.42, 1.54  # [m] heights
@@ -98,7 +95,7 @@ def _attach(
 def _robot(robot: Robot, mount: Array) -> mujoco.MjSpec:
     """The lidar, a site and for the eye a puck with a cap, stands at `mount` (3,) of mjnav's own robot."""
     if robot.base is not None:
-        return _of_discs(robot_part(robot.base), robot.limits.cover)
+        return robot_part(robot.base, robot.limits)
     part = _part("robot")
     x, y, yaw = mount.tolist()
     for thing in (part.geom("puck"), part.geom("cap"), part.site("lidar")):
@@ -108,24 +105,6 @@ def _robot(robot: Robot, mount: Array) -> mujoco.MjSpec:
         geom = part.geom(name)
         geom.size = [robot.radius + margin, *geom.size[1:]]
     part.geom("mark").pos = [robot.radius - 0.095, 0.0, 0.301]
-    return part
-
-
-def _of_discs(part: mujoco.MjSpec, cover: Sequence[tuple[float, float]]) -> mujoco.MjSpec:
-    """With one cylinder for each disc in place of the one that is named "chassis", whose mass they share.
-
-    A body without it stays as it is.
-    """
-    whole = part.geom("chassis")
-    if whole is None or whole.type != mujoco.mjtGeom.mjGEOM_CYLINDER:
-        return part
-    radius, half_height, _ = whole.size
-    mass = whole.density * 2.0 * np.pi * radius**2 * half_height if np.isnan(whole.mass) else whole.mass
-    for i, (ahead, radius) in enumerate(cover):
-        disc = whole.parent.add_geom(name=f"chassis{i}") if i else whole
-        for key in _LIKE_THE_CHASSIS:
-            setattr(disc, key, getattr(whole, key))
-        disc.pos, disc.size, disc.mass = [ahead, *whole.pos[1:]], [radius, *whole.size[1:]], mass / len(cover)
     return part
 
 

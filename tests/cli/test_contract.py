@@ -176,6 +176,12 @@ import crowd walkers.txt --frame-rate 25 -o c.toml --set robot.radus=1 -> c.toml
 render a.mcap -o a.avi -> --output: found 'a.avi'; allowed: a file name that ends in .png or .mp4 or .gif
 render a.mcap -o no/a.mp4 -> there is no folder
 render a.mcap -o a.png --size big -> --size: found 'big'
+render a.mcap -o a.png --size 100000x100000 -> --size: found (100000, 100000); allowed: (width, height), numbers from
+render a.mcap -o a.gif --fps 60 -> --fps: found 60; allowed: at most 50 for a GIF
+replay a.mcap --controller rkhz -> --controller: control.method: found 'rkhz'
+show two.toml -> two.toml: a run file is shown with --seed or --set
+sweep two.toml --scheduler foo -> --scheduler: found 'foo'; allowed: the address of a Dask scheduler
+bench mean --quick --share 0.5 -> argument --share: not allowed with argument --quick
 render a.mcap -o a.png --at 2 -> --at: found 2.0; allowed: a time from 0 to 0.4 s
 export gone.mcap out --format rosbag -> did you mean 'rosbag2'?
 export a.mcap out --format csv --topic /scann -> did you mean '/scan'?

@@ -1,7 +1,12 @@
 """`mjnav show`, `mjnav keys` and `mjnav schema`."""
 
 import json
+import resource
 
+import pytest
+
+from mjnav.errors import InputError
+from mjnav.output_files import written
 from mjnav.scene import data_folder, load
 from mjnav.study.key_reference import run_keys, run_schema, study_keys, study_schema
 
@@ -46,3 +51,16 @@ def test_json_has_every_row(mjnav):
 def test_a_schema_is_printed(mjnav):
     assert json.loads(mjnav("schema", "study").out) == study_schema()
     assert json.loads(mjnav("schema", "run").out) == run_schema()
+
+
+def test_a_disk_that_refuses_leaves_the_file_that_was_there_and_none_where_none_was(tmp_path):
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    (tmp_path / "a.txt").write_text("before")
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        for name in ("a.txt", "b.txt"):
+            with pytest.raises(InputError, match=name), written(tmp_path / name) as file:
+                file.write(bytes(5000))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.txt": "before"}

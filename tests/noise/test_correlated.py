@@ -8,7 +8,7 @@ from scipy.integrate import trapezoid
 from scipy.stats import kstest, norm
 
 import mjnav
-from mjnav.noise import Empirical, Gaussian, Mixture, Pearson, Uniform, Zero, profile
+from mjnav.noise import Empirical, Gaussian, Mixture, Pearson, StudentT, Uniform, Zero, profile
 from mjnav.noise.correlated import Copula, Correlated, DistributionFunction
 
 SKEWED = Pearson(std=0.08, skew=1.2, kurtosis=5.2)
@@ -18,6 +18,12 @@ LAWS = [
     Uniform(half_width=1.0),
     Mixture(weights=(0.3, 0.7), means=(-1.0, 0.5), stds=(0.2, 0.1)),
     Empirical(samples=(0.0, 0.1, 0.4, 0.45, 2.0)),
+    profile("pearson")["odometry.v"],  # infinite at its end, as many are
+    profile("measured")["actuation.v"],
+    Pearson(std=1.0, skew=0.0, kurtosis=1.5),  # at both
+    Pearson(std=0.05, skew=1.2, kurtosis=3.0),
+    Mixture(weights=(0.99, 0.01), means=(0.0, 5.0), stds=(0.01, 0.1)),  # outliers, 10 standard deviations away
+    StudentT(std=1.0, df=2.5),
 ]
 
 

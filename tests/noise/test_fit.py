@@ -56,8 +56,10 @@ def test_a_mixture_is_found_again_with_its_number_of_components():
     assert {fit.name: fit.distance for fit in fits(drawn(TWO))}["pearson"] > 0.03  # two hills are no Pearson law
 
 
-@pytest.mark.parametrize("errors", [np.ones(100), np.zeros(100), np.linspace(0.0, 1.0, FEWEST - 1)])
-def test_too_few_errors_and_equal_ones_are_refused(errors):
+@pytest.mark.parametrize(
+    "errors", [np.ones(100), np.zeros(100), np.linspace(0.0, 1.0, FEWEST - 1), np.linspace(1e6, 1e6 + 1.0, 50)]
+)
+def test_too_few_errors_equal_ones_and_those_of_another_unit_are_refused(errors):
     with pytest.raises(InvalidValue):
         fits(errors)
 

@@ -81,3 +81,14 @@ def test_a_gif_repeats_its_frames_in_order(tmp_path):
             film.seek(k)
             shown.append(np.asarray(film.convert("RGB"))[:, :32].mean())
     assert shown == pytest.approx([20.0 * k for k in range(12)], abs=10.0)
+
+
+@pytest.mark.parametrize("fps", [8, 12, 30, 50])
+def test_a_gif_lasts_as_long_as_its_frames(tmp_path, fps):
+    """Its delays are hundredths of a second."""
+    path, num = tmp_path / "a.gif", 25
+    rainbow = np.linspace(0, 255, 64, dtype=np.uint8)[None, :, None] * np.ones((48, 1, 3), np.uint8)
+    write_gif(path, (np.roll(rainbow, k, axis=1) for k in range(num)), fps=fps)
+    with Image.open(path) as film:
+        lasting = [film.seek(k) or film.info["duration"] for k in range(num)]
+    assert sum(lasting) == pytest.approx(1000.0 * num / fps, abs=5.0)

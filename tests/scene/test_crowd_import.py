@@ -26,6 +26,8 @@ def test_people_speeds_distances_and_windows_are_counted():
     assert found.closest == pytest.approx(0.45)
     assert [(w.start, w.end, w.people, w.most_at_once) for w in found.windows] == [(0, 10, 2, 2), (10, 20, 1, 1)]
     assert [w.closest_at_start for w in found.windows] == [pytest.approx(0.45)] * 2
+    short = survey([straight(0.0, 0.4, (0.0, y), (1.0, 0.0), step=0.4) for y in (0.0, 1.0)], 0.4, 10.0)
+    assert [(w.people, w.most_at_once) for w in short.windows] == [(2, 2)]
 
 
 def test_a_window_is_found_by_its_number_of_people():

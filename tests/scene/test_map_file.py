@@ -1,5 +1,6 @@
 """Maps of ROS map_server: what their cells are in every mode, and the walls that take their place."""
 
+from dataclasses import replace
 from math import cos, pi, sin
 
 import numpy as np
@@ -242,6 +243,8 @@ def test_a_start_or_a_goal_off_the_free_cells_is_refused(tmp_path):
         with pytest.raises(InvalidValue, match=said) as refused:
             load(path, WAY | {"robot.goal": point})
         assert "robot.goal" in str(refused.value)
+    with pytest.raises(InvalidValue, match=r"people\.0\.start.*there it is occupied"):
+        load(path, WAY | {"people": [{"start": [5.2, 3.0], "behaviour": "stand"}]})
     load(path, WAY | {"map.unknown": "free"})
     with pytest.raises(InvalidValue, match=r"robot\.goal.*a point to which a way leads"):
         load(path, WAY | {"robot.goal": [9.0, 3.0]})  # unknown cells from wall to wall
@@ -318,6 +321,19 @@ def test_a_map_that_is_written_is_read_as_it_was(tmp_path_factory, grid):
     (folder / "a.pgm").write_bytes(picture)
     again = read_map(folder / "a.yaml")
     assert (again.info, again.cells.tolist()) == (info(0.3, 0.05), grid.tolist())
+
+
+def test_a_map_may_have_a_name_with_the_marks_of_yaml(tmp_path):
+    text, picture = written_map(OccupancyGrid(replace(info(), image="a #b: c.pgm"), np.zeros((2, 3), np.int8)))
+    (tmp_path / "a.yaml").write_bytes(text)
+    (tmp_path / "a #b: c.pgm").write_bytes(picture)
+    assert read_map(tmp_path / "a.yaml").info.image == "a #b: c.pgm"
+
+
+def test_cells_so_large_that_the_start_is_in_an_occupied_one_are_refused():
+    floor, points = floor_of([{"from": [-1.0, 0.5], "to": [1.0, 0.5]}]), np.array([[0.0, 0.0], [4.0, 0.0]])
+    with pytest.raises(InvalidValue, match=r"resolution: found 5\.0; allowed: smaller cells"):
+        map_of(floor, points, 5.0, "a.pgm")
 
 
 def test_a_scene_keeps_its_occupied_cells_through_map_and_scene():

@@ -118,6 +118,7 @@ def test_a_name_that_is_none_is_refused(model, said, tmp_path):
         ("robot.toml", "mjcf =", 'left_wheels = ["port"]\nmjcf =', "a wheel's hinge 'port'; its hinges are left_wheel"),
         ("robot.xml", "<freejoint", "<!-- <freejoint", "MJCF that MuJoCo compiles"),
         ("robot.xml", '<freejoint name="free"/>', "", "one body with a free joint, not 0"),
+        ("robot.xml", 'name="chassis" type="cylinder" size="0.113', 'type="cylinder" size="0.3', "reaches 0.113 m, as"),
         ("robot.xml", '<velocity name="left_wheel" class="wheel" joint="left_wheel"/>', "", "one velocity actuator"),
     ],
 )
@@ -129,6 +130,17 @@ def test_what_cannot_be_driven_is_said_before_anything_starts(lab, file, old, ne
         mjnav.run(loads(RUN + 'model = "robot.toml"', folder=lab), log=False)
     assert "robot.model" in str(told.value)
     assert said in str(told.value)
+
+
+@pytest.mark.parametrize("radius", [0.12, 0.3])
+def test_a_robot_of_a_model_stops_at_the_wall_by_the_radius_that_is_set(radius):
+    wall = "[[walls]]\nfrom = [1.0, -2.0]\nto = [1.0, 2.0]\n"
+    keys = ["robot.model=burger", f"robot.radius={radius}", "noise.profile=none"]
+    with mjnav.Simulation(loads(RUN + wall, keys), log=False) as simulation:
+        while not simulation.done and simulation.time < 10.0:
+            simulation.step(0.2, 0.0)
+    assert simulation.outcome == "collision"
+    assert simulation.summary["min_clearance_m"] == pytest.approx(0.0, abs=0.03)
 
 
 @given(st.floats(0.1, 1.0), st.floats(0.1, 1.0), st.integers(1, 20), st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))

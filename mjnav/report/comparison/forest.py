@@ -5,7 +5,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator, NullLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from mjnav.report.comparison.shown import sight
 from mjnav.report.figure_text import figure_name
@@ -15,6 +15,7 @@ from mjnav.study.compare.study_comparison import Comparison, MethodRow, StudyCom
 ACROSS = 5  # panels in a row
 PANEL, LABELS, ROW = 1.9, 1.6, 0.19  # [inch] width of a panel and of the methods' names, height of a method's line
 HEAD = 0.65  # [inch] above and below the lines of a panel
+WIDE = 4.0  # an axis of ratios from its least to its greatest, from which on 1, 2 and 5 are enough marks
 SQUARE = 3.2  # [inch] side of a panel over a cost
 OWN, OTHERS = "#c1440e", "#33475b"  # of the method from which the others differ, and of those
 
@@ -56,7 +57,8 @@ def pareto(results: StudyComparison, cost: str) -> Figure:
                 front.append((x, y))
         axes.step([x for x, _ in front], [-y for _, y in front], where="post", color="k", linewidth=0.8, linestyle=":")
         axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        low, high = axes.get_xlim()
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if high > WIDE * low else MaxNLocator(4))
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_locator(NullLocator())
         axes.set_ylim(top=102.0)

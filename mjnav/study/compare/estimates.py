@@ -144,10 +144,13 @@ def differences(cells: Sequence[CellRows], base: CellRows, figures: Sequence[str
     return [{figure: one(cell, figure) for figure in figures} for cell in cells]
 
 
+ROUNDING = 1e-9  # of a cost: below, it is one of rounding, as the control cost of a command that never changes
+
+
 def _costs(own: Array, others: Array, units: NDArray[np.intp] | None) -> Array:
     """The sums of two methods' costs over their pairs by unit, (2, m); none, (2, 0), where a ratio is undefined."""
     both = np.isfinite(own - others)
-    if not both.any() or (own[both] < 0.0).any() or (others[both] <= 0.0).any():
+    if not both.any() or (own[both] < 0.0).any() or (others[both] <= ROUNDING).any():
         return np.empty((2, 0))
     return np.stack([by_unit(np.where(both, values, np.nan), units)[0] for values in (own, others)])
 

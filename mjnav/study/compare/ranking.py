@@ -12,7 +12,7 @@ from mjnav.scene.toml import parse, value_text
 from mjnav.study.cells import Variant, variants
 from mjnav.study.compare.cell_rows import CellRows, cell_rows
 from mjnav.study.compare.estimates import Estimate, bootstrap, estimate
-from mjnav.study.compare.study_comparison import NEEDED, check_distinct, rows_of
+from mjnav.study.compare.study_comparison import NEEDED, cells_of, check_distinct, rows_of
 from mjnav.study.store import Store
 from mjnav.study.study_file import StudyFile
 
@@ -64,7 +64,8 @@ def rank(store: Store, study: StudyFile | None) -> tuple[MethodRanking, ...]:
     cells = cell_rows(table)
     check_distinct(cells, store)
     worlds = _worlds(cells, _time_limits(store, study))
-    num_worlds = len({(cell.scene, cell.setting) for cell in cells})
+    seeds, places = np.array(study.all_seeds), cells_of(study, cells)
+    done = {cell.place: len(np.intersect1d(seeds, cell.seeds)) for cell in cells}
     by_method: dict[str, list[CellRows]] = {}
     for cell in cells:
         by_method.setdefault(cell.method, []).append(cell)
@@ -73,7 +74,7 @@ def rank(store: Store, study: StudyFile | None) -> tuple[MethodRanking, ...]:
         own = {v.names[1]: v for v in variants(study, ["any"]) if v.method is method}
         ranked = [_ranked(own[name], by_method[name], worlds) for name in own if name in by_method]
         ranked.sort(key=lambda setting: -setting.score.value)
-        missing = len(own) * num_worlds * len(study.all_seeds) - sum(setting.episodes for setting in ranked)
+        missing = sum(len(seeds) - done.get(place, 0) for place in places if place[2] in own)
         rankings.append(MethodRanking(method.identifier, method.shown, method.controller, tuple(ranked), missing))
     return tuple(rankings)
 

@@ -290,7 +290,7 @@ def compare_study(
     labels = Labels.of(study)
     num_scenes = len({cell.scene for cell in cells}) if pool or pool_all else 1
     num_settings = len({cell.setting for cell in cells}) if pool_all else 1
-    absent = tuple(labels.place(place) for place in _cells_of(study, cells) if place not in places)
+    absent = tuple(labels.place(place) for place in cells_of(study, cells) if place not in places)
     if pool or pool_all:
         cells = pooled(cells, settings=pool_all)
     tables = compare(cells, reference=reference, figures=figures, rivals=rivals, labels=labels)
@@ -348,7 +348,7 @@ def rows_of(table: "pyarrow.Table", study: str) -> "pyarrow.Table":
     return table.filter(compute.field("study") == study)
 
 
-def _cells_of(study: StudyFile | None, cells: Iterable[CellRows]) -> list[CellPlace]:
+def cells_of(study: StudyFile | None, cells: Iterable[CellRows]) -> list[CellPlace]:
     """The study's cells; of scenes given by path, those that have rows."""
     if study is None:
         return []

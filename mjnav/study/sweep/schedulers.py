@@ -364,12 +364,16 @@ def _connect(address: str) -> Any:
     """The client of a scheduler. Raises InputError."""
     try:
         from distributed import Client
+        from distributed.comm.addressing import parse_address, parse_host_port
     except ImportError:
         raise missing_extra("distributed", "sweep") from None
     for name in logging.root.manager.loggerDict:
         if name.partition(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL)  # errors are reported in one line
     try:
+        scheme, place = parse_address(address)
+        if scheme in ("tcp", "tls"):
+            parse_host_port(place)  # a client of an address without a port ends with a traceback
         return Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, ValueError, TypeError, RuntimeError) as error:  # the last two without certificates for tls://
         allowed = f"the address of a Dask scheduler, as in tcp://host:8786 ({error})"

@@ -1,6 +1,7 @@
 """The settings of a method by their score: the rule, the order, and the line that gives a study the best of them."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -69,6 +70,13 @@ def test_the_score_is_the_stated_one_and_the_best_mean_comes_first(store, study)
     assert mine.settings[2].figures["collision"].value == pytest.approx(1 / 3)
 
 
+def test_what_is_missing_is_counted_by_the_studys_own_episodes(store, study):
+    """A seed more than the study's makes up for none, and a scene without rows lacks all."""
+    store.append([row("mine #1", 2, 2.0, scene="crossing1", **LIMIT)])
+    mine, _ = rank(store, replace(study, scenes=("crossing1", "crossing2", "blind7")))
+    assert mine.num_missing == 3 + 3 * 2
+
+
 def test_the_line_of_a_setting_makes_the_same_cell(store, study, tmp_path):
     asked = resolve(study, scenes=["crossing1"])
     for one in rank(store, study)[0].settings:
@@ -100,4 +108,4 @@ def test_an_interrupted_search_goes_on_also_with_a_larger_count(study, tmp_path,
     assert main(["compare", str(store.folder), "--rank", "--json"]) == 0
     first, second = json.loads(capsys.readouterr().out)["methods"]
     assert {one["label"] for one in first["settings"]} == {f"mine #{i}" for i in range(1, 5)}
-    assert (first["missing"], second["missing"], first["settings"][0]["episodes"]) == (0, 0, 2)
+    assert (first["missing"], second["missing"], first["settings"][0]["episodes"]) == (8, 2, 2)  # of crossing2
