@@ -25,7 +25,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "Where the process may, a test takes SCHED_FIFO, one CPU and locked memory, as run --real-time does."
     )
     options.run(parser)
-    parser.add_argument("--rate", type=float, default=RATE, metavar="HZ", help=f"of control; {RATE:g} by default")
+    rate = f"of control, unless --set says it; {RATE:g} by default"
+    parser.add_argument("--rate", type=float, default=RATE, metavar="HZ", help=rate)
     parser.add_argument("--duration", type=float, default=60.0, metavar="S", help="of the test [s]; 60 by default")
     parser.add_argument("--stress", action="store_true", help="load every processor and the disk meanwhile")
     parser.add_argument("--log", "-o", "--output", metavar="PATH", help="keep the log")

@@ -9,7 +9,7 @@ import numpy as np
 from mjnav.control import Controller
 from mjnav.errors import InvalidValue, PluginFault
 from mjnav.filters.particles import shuffled
-from mjnav.geometry.angles import mean_pose
+from mjnav.geometry.angles import circular_mean, mean_pose
 from mjnav.messages import (
     Array,
     Beliefs,
@@ -183,7 +183,8 @@ class Navigator:
         goal, way = self.goal, None
         if self._wayfinder is not None:
             unseen = self._local.unseen if self._local is not None and self._wayfinder.minds_unseen else None
-            self._wayfinder.follow(belief.time, mean_pose(pose), goal, floor.known, beliefs.people, unseen)
+            mean = np.append(position, circular_mean(pose[:, 2]))
+            self._wayfinder.follow(belief.time, mean, goal, floor.known, beliefs.people, unseen)
             goal, way = self._wayfinder.ahead(position)
         return Observation(
             robot_pose=sealed(pose), control_noise=sealed(noise), twist=sealed(self._decided),

@@ -151,7 +151,7 @@ _MAX_GEOMS = 20_000
 LEGEND_HEIGHT = 400  # [pixels] of a picture, below which a legend would hide too much
 # what may be drawn -> its colour, and what it is
 _LEGEND = (
-    ("ways", "pale", "people's ways around things"),
+    ("ways", "pale yellow", "people's ways around things"),
     ("trail", "orange", "its way so far"),
     ("plan", "black, red", "its plan; red where nothing is feasible"),
     ("fan", "violet to yellow", "what else it weighed, by cost"),
