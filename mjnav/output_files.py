@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-from mjnav.errors import InputError, InvalidValue
+from mjnav.errors import InputError, InvalidValue, MjnavError
 
 
 def path_text(key: str, given: object, allowed: str = "a path, without null characters") -> str:
@@ -56,7 +56,7 @@ def new_path(option: str, given: str | os.PathLike[str], *suffixes: str) -> Path
 
 @contextmanager
 def written(path: Path) -> Iterator[IO[bytes]]:
-    """The open file, which is there once it is whole. Raises InputError with the path where the disk refuses."""
+    """The open file, which is there once it is whole. Raises MjnavError with the path where the disk refuses."""
     with replacement(path) as partial, open(partial, "wb") as file:
         yield file
 
@@ -65,13 +65,13 @@ def written(path: Path) -> Iterator[IO[bytes]]:
 def replacement(path: Path) -> Iterator[Path]:
     """A temporary file beside `path`, which replaces it at the end; after an error it is removed.
 
-    Raises InputError with the path where the disk refuses.
+    Raises MjnavError with the path where the disk refuses.
     """
     partial = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
     try:
         yield partial
         partial.replace(path)
     except OSError as error:
-        raise InputError(f"{path}: {error.strerror or error}") from None
+        raise MjnavError(f"{path}: {error.strerror or error}") from None
     finally:
         partial.unlink(missing_ok=True)

@@ -155,8 +155,8 @@ def render(
 
     `output` is a picture, .png, or a film, .mp4 or .gif, which replaces a file of that name. `at` is the time of a
     picture [s], the end of the run by default; a film goes `speed` times as fast as the run, with `fps` frames a
-    second. `size` is (width, height) in pixels. Raises InputError where it cannot be drawn or
-    written, and DamagedLogError for a damaged log.
+    second. `size` is (width, height) in pixels. Raises InputError where it cannot be drawn,
+    MjnavError where the disk refuses, and DamagedLogError for a damaged log.
     """
     path = None if output is None else output_path("output", output, ".png", *FILMS)
     log = log if isinstance(log, Log) else open_log(log)

@@ -5,7 +5,7 @@ import resource
 
 import pytest
 
-from mjnav.errors import InputError
+from mjnav.errors import MjnavError
 from mjnav.output_files import written
 from mjnav.scene import data_folder, load
 from mjnav.study.key_reference import run_keys, run_schema, study_keys, study_schema
@@ -59,8 +59,9 @@ def test_a_disk_that_refuses_leaves_the_file_that_was_there_and_none_where_none_
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
     try:
         for name in ("a.txt", "b.txt"):
-            with pytest.raises(InputError, match=name), written(tmp_path / name) as file:
+            with pytest.raises(MjnavError, match=name) as told, written(tmp_path / name) as file:
                 file.write(bytes(5000))
+            assert told.value.exit_code == 1
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.txt": "before"}
