@@ -37,7 +37,7 @@ BUDGETS = {  # code lines
     "scene": 3656,
     "settings": 814,
     "study": 3232,
-    "world": 2695,
+    "world": 2696,
 }
 MOST_FILES = 309
 MOST_IMPORTS = 0.0995  # of all code lines

@@ -238,8 +238,8 @@ class Renderer:
                 font, corner = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos.mjGRID_TOPLEFT
                 mujoco.mjr_overlay(font, corner, rectangle, text, "", drawing)
             if legend and rectangle.height >= LEGEND_HEIGHT:
-                given = {"trail": trail, "plan": plan, "fan": fan, "tracks": tracks, "detections": detections}
-                given |= {"scan": scan, "ways": len(ways) or None}
+                given = {"ways": len(ways) or None, "trail": trail, "plan": plan, "fan": fan, "tracks": tracks,
+                         "detections": detections, "scan": scan}  # fmt: skip
                 rows = [row[1:] for row in _LEGEND if _is_drawn(given[row[0]])]
                 colours, meanings = ("\n".join(column) for column in zip(("green", "goal"), *rows, strict=True))
                 font, corner = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos.mjGRID_BOTTOMLEFT

@@ -71,10 +71,11 @@ def _of_discs(part: "mujoco.MjSpec", discs: Sequence[tuple[float, float]]) -> "m
 
 
 def _reach(model: "mujoco.MjModel") -> float:
-    """How far at least what touches things is from the robot's axis [m]: by the faces of its geoms' boxes."""
+    """How far at least what touches more than the floor reaches from the robot's axis [m], by its geoms' boxes."""
     data, reach = mujoco.MjData(model), 0.0
     mujoco.mj_kinematics(model, data)
-    for g in np.flatnonzero((model.geom_contype | model.geom_conaffinity) & (1 | THINGS)):
+    touching = model.geom_contype | (model.geom_conaffinity & ~FLOOR)
+    for g in np.flatnonzero(touching * (model.geom_bodyid > 0)):  # body 0 is the world, as a floor of the file's own
         axes, (centre, half) = data.geom_xmat[g].reshape(3, 3), np.split(model.geom_aabb[g], 2)
         along = axes[:2].T @ (data.geom_xpos[g] + axes @ centre)[:2]  # (3,) of the box's axes, as far as they are level
         reach = max(reach, float(((np.abs(along) + half) * (np.hypot(*axes[:2]) > LEVEL)).max()))

@@ -142,6 +142,7 @@ run hall --max-seconds 0 -> --max-seconds: found 0.0; allowed: a number > 0 and
 rate-test hal -> did you mean 'hall'?
 rate-test hall --rate 0 -> rate: found 0.0; allowed: a number from 0.1 to 1000 Hz
 rate-test hall --rate 33.3333 -> a rate with a time step in common with sensors.rate (10 Hz)
+rate-test hall --set control.rate=33.3333 -> a rate with a time step in common with sensors.rate (10 Hz)
 rate-test hall --duration 0 -> duration: found 0.0; allowed: a number > 0
 rate-test hall --set robot.goal_tolerance=9.0 -> robot.goal: found
 surface crossing1 --at 1 --grid 1 -> --grid: found 1; allowed: a whole number from 2

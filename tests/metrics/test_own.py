@@ -37,10 +37,10 @@ class Raises:
 
 
 class Wrong:
-    figures = figures_named("nan", "infinite", "text", "absent")
+    figures = figures_named("nan", "infinite", "text", "truth", "absent")
 
     def measure(self, trajectory, scenario):
-        return {"nan": nan, "infinite": inf, "text": "1", "other": 1.0}
+        return {"nan": nan, "infinite": inf, "text": "1", "truth": True, "other": 1.0}
 
 
 class Writes:
@@ -67,7 +67,7 @@ def test_a_metric_that_fails_is_null_and_an_event_and_the_run_goes_on(tmp_path):
     assert result.summary["outcome"] == "timeout"
     values = json.loads(json.dumps(result.summary["metrics"], allow_nan=False))
     assert {name for name, value in values.items() if value is not None} == {"ticks"}
-    assert len(result.metrics.faults) == 1 + 5 + 1
+    assert len(result.metrics.faults) == 1 + 6 + 1
     events = [m.value for m in mjnav.open_log(tmp_path / "a.mcap").messages("/events")]
     assert tuple(event.message for event in events if event.name == "metric") == result.metrics.faults
     assert any("ValueError: no figure today" in fault and "test_own.py" in fault for fault in result.metrics.faults)

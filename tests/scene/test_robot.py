@@ -132,6 +132,15 @@ def test_what_cannot_be_driven_is_said_before_anything_starts(lab, file, old, ne
     assert said in str(told.value)
 
 
+def test_what_touches_the_floor_alone_and_what_stands_in_the_world_is_no_part_of_the_body(lab):
+    text = (lab / "robot.xml").read_text()
+    caster, body = '<geom name="caster_back" class="caster" size="0.012" pos="-0.08', "<worldbody>"
+    assert caster in text
+    text = text.replace(caster, caster.replace("-0.08", "-0.2"), 1)
+    (lab / "robot.xml").write_text(text.replace(body, f'{body}\n<geom type="plane" size="5 5 0.1"/>', 1))
+    compose(loads(RUN + 'model = "robot.toml"', folder=lab)).compile()
+
+
 @pytest.mark.parametrize("radius", [0.12, 0.3])
 def test_a_robot_of_a_model_stops_at_the_wall_by_the_radius_that_is_set(radius):
     wall = "[[walls]]\nfrom = [1.0, -2.0]\nto = [1.0, 2.0]\n"
