@@ -57,6 +57,8 @@ def completed_controller(name: str, controller: Any, parameters: LoopParameters 
 
 # ------------------------------------------------------------------------------------ methods by name
 
+CHANGES = ("speed_change_weight", "turn_change_weight")
+
 
 def as_published(period: float) -> dict[str, Any]:
     """`rkhs-paper`: what the paper does not have is switched off; a candidate is previewed over one period."""
@@ -79,17 +81,21 @@ def as_published(period: float) -> dict[str, Any]:
     }
 
 
-def as_read(period: float) -> dict[str, Any]:
-    """`rkhs-reading`: what the paper leaves open, decided in the method's favour.
+def tuned(**values: Any) -> Callable[[float], dict[str, Any]]:
+    """A preset: what tuning found, with the weights of a change at RATED_PERIOD, from which they follow the period.
 
-    Algorithm 1's bounds as the window; an obstacle counts within 7 m and while it approaches; f over R^2, which is the
-    kernel's free scale. What is left open as a number is the best of 24 settings of the study `tuning`.
+    It is the best of 24 settings on the training layouts of the study `tuning` (`python benchmarks/tune.py METHOD`).
     """
-    return {
-        "form": "ray", "window": "bounds", "sensing_range": 7.0, "degree": 3, "weight": 21.9, "ball": 0.15,
-        "safety_margin": 0.0392, "heading_weight": 0.131, "preview": 0.349,
-        "speed_change_weight": 0.146 * (period / RATED_PERIOD), "turn_change_weight": 0.00522 * (period / RATED_PERIOD),
-    }  # fmt: skip
+    return lambda period: values | _followed(period, {key: values[key] for key in CHANGES if key in values})
+
+
+def _followed(period: float, weights: Mapping[str, float]) -> dict[str, float]:
+    """Weights of a change at a control period [s], of those at RATED_PERIOD.
+
+    The gain of a change of control within one period is proportional to the period, so its cost has to be as well:
+    with constant weights a robot at 50 Hz would accelerate a fifth as readily as at 10 Hz.
+    """
+    return {key: weight * (period / RATED_PERIOD) for key, weight in weights.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,29 +130,46 @@ def registry(*methods: Method) -> Mapping[str, Method]:
 
 METHODS = registry(
     Method(
-        "rkhs", "rkhs:Rkhs", "constraint distributions nearest to collision-free ones by MMD, tuned", "Nair et al. 2021"
+        "rkhs", "rkhs:Rkhs", "constraint distributions nearest to collision-free ones by MMD", "Nair et al. 2021",
+        tuned(weight=13.7, degree=1, root=True, horizon=4.9, safety_margin=0.122,
+              speed_change_weight=0.0151, turn_change_weight=0.0366),
     ),
     Method(
         "rkhs-paper", "rkhs:Rkhs", "the paper's equations alone: line form, degree 3, no scaling, clip or margin",
         "Nair et al. 2021", as_published,
     ),
     Method(
-        "rkhs-reading", "rkhs:Rkhs", "the paper's method, what it leaves open decided in its favour and tuned",
-        "Nair et al. 2021", as_read,
+        "rkhs-reading", "rkhs:Rkhs", "the paper's method, what it leaves open decided in its favour",
+        # Algorithm 1's bounds as window; an obstacle counts within 7 m and while it approaches; f / R^2, a free scale.
+        "Nair et al. 2021",
+        tuned(form="ray", window="bounds", sensing_range=7.0, degree=3, weight=21.9, ball=0.15, safety_margin=0.0392,
+              heading_weight=0.131, preview=0.349, speed_change_weight=0.146, turn_change_weight=0.00522),
     ),
-    Method("mean", "mean:Mean", "the constraints at the mean only", "velocity obstacles, Fiorini & Shiller 1998"),
+    Method(
+        "mean", "mean:Mean", "the constraints at the mean only", "velocity obstacles, Fiorini & Shiller 1998",
+        tuned(preview=0.48, horizon=6.91, safety_margin=0.0966, heading_weight=0.672,
+              speed_change_weight=0.0241, turn_change_weight=0.0392),
+    ),
     Method(
         "gaussian-linearised", "gaussian_linearised:GaussianLinearised",
         "chance constraints, linearised about Gaussian means", "Zhu & Alonso-Mora 2019",
+        tuned(delta=0.171, horizon=5.49, safety_margin=0.0267, heading_weight=0.369,
+              speed_change_weight=0.0244, turn_change_weight=0.00747),
     ),
     Method(
         "gaussian-moments", "gaussian_moments:GaussianMoments", "mean(f) + k std(f) ≤ 0, Gaussian beliefs",
         "Gopalakrishnan et al. 2015; PRVO 2017",
     ),
-    Method("kld", "kld:Kld", "as rkhs, by the divergence of fitted Gaussian mixtures", "PVO, Poonganam et al. 2020"),
+    Method(
+        "kld", "kld:Kld", "as rkhs, by the divergence of fitted Gaussian mixtures", "PVO, Poonganam et al. 2020",
+        tuned(weight=1.08, std_floor=0.173, horizon=5.31, safety_margin=0.123,
+              speed_change_weight=0.0326, turn_change_weight=0.0152),
+    ),
     Method(
         "mmd-dirac", "mmd_dirac:MmdDirac", "MMD of the violations max(0, f) to none, Gaussian kernel",
         "Gupta, Singh & Krishna 2022",
+        tuned(weight=89.2, bandwidth=0.317, horizon=5.94, safety_margin=0.131,
+              speed_change_weight=0.101, turn_change_weight=0.0437),
     ),
     Method(
         "cvar", "cvar:Cvar", "the mean of the worst samples must be safe",
@@ -157,7 +180,10 @@ METHODS = registry(
         "sample average approximation; MMD-OPT 2024's baseline",
     ),
     Method(
-        "mppi", "mppi:Mppi", "a mean of sampled rollouts, weighted by their cost", "Williams et al. 2017; DRA-MPPI 2025"
+        "mppi", "mppi:Mppi", "a mean of sampled rollouts, weighted by their cost",
+        "Williams et al. 2017; DRA-MPPI 2025",
+        tuned(weight=19.1, temperature=0.107, step=0.205, safety_margin=0.0693,
+              speed_change_weight=0.037, turn_change_weight=0.0032),
     ),
     Method(
         "mppi-plus", "mppi_plus:MppiPlus", "the rollouts and costs of rkhs-plan with the risk of mppi",
@@ -168,9 +194,17 @@ METHODS = registry(
         "this project, after Nair et al. 2021",
     ),
     Method(
-        "orca", "orca:Orca", "half-planes of velocity, effective centre", "van den Berg et al. 2011; Snape et al. 2010"
+        "orca", "orca:Orca", "half-planes of velocity, effective centre",
+        "van den Berg et al. 2011; Snape et al. 2010",
+        tuned(time_horizon=7.49, wall_horizon=2.1, responsibility=0.562, effective_centre=0.168, safety_margin=0.0665,
+              approach_time=0.637, spread=2.54),
     ),
-    Method("dwa", "dwa:Dwa", "clearance along arcs, every obstacle where it is now", "Fox, Burgard & Thrun 1997"),
+    Method(
+        "dwa", "dwa:Dwa", "clearance along arcs, people going straight on",
+        "Fox, Burgard & Thrun 1997; Seder & Petrovic 2007",
+        tuned(weight=3.4, clearance=1.09, safety_margin=0.144, heading_weight=0.592, moving=True,
+              speed_change_weight=0.00723, turn_change_weight=0.216),
+    ),
 )  # fmt: skip
 
 
@@ -226,11 +260,7 @@ def shipped_parameters(name: str, period: float, **parameters: Any) -> LoopParam
 
 def _preset(method: Method | None, period: float) -> dict[str, Any]:
     """Defaults other than a class's own."""
-    # The gain of a change of control within one period is proportional to the period, so its cost has to be as well:
-    # with constant weights a robot at 50 Hz would accelerate a fifth as readily as at 10 Hz.
-    change_weight = CHANGE_WEIGHT * (period / RATED_PERIOD)
-    preset = {"speed_change_weight": change_weight, "turn_change_weight": change_weight}
-    return preset | (method.preset(period) if method else {})
+    return _followed(period, dict.fromkeys(CHANGES, CHANGE_WEIGHT)) | (method.preset(period) if method else {})
 
 
 def _object(name: str, controller: Any, parameters: dict[str, Any]) -> Controller:

@@ -23,7 +23,8 @@ from mjnav.study.trial import Trial
 
 T = TypeVar("T")
 # The paper's samples, as `--set` takes them: a reading less draws of its noise, in place of a particle filter's.
-DIRECT = ("estimation.robot.source=direct", "estimation.obstacles.source=direct")
+CLASS = "mjnav.control.methods.rkhs:Rkhs"  # with the class's defaults: what tuning found belongs to the name `rkhs`
+DIRECT = (f"control.method={CLASS}", "estimation.robot.source=direct", "estimation.obstacles.source=direct")
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ from mjnav.messages import Array, Observation, TickRecord
 from mjnav.metrics.intervals import wilson
 from mjnav.motion.unicycle import reachable
 from mjnav.paper.claims import Claim, Measured, MeasuredItem, Progress, mean_by_run, shown
-from mjnav.paper.episodes import DIRECT, changed, spread
+from mjnav.paper.episodes import CLASS, DIRECT, changed, spread
 from mjnav.report.figures import decision_surface_figure
 from mjnav.rkhs.mmd import moment_distance
 from mjnav.robot.controller import build_controller
@@ -35,9 +35,9 @@ Cost = Callable[[Array, Array], Array]  # of controls v, omega (K,): (K,)
 PUBLISHED = "as published"
 VARIANTS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(  # method, and its parameters that are changed
     {
-        "d = 1": ("rkhs", {"degree": 1}),
-        "d = 2": ("rkhs", {"degree": 2}),
-        "d = 3": ("rkhs", {"degree": 3}),
+        "d = 1": (CLASS, {"degree": 1}),
+        "d = 2": (CLASS, {"degree": 2}),
+        "d = 3": (CLASS, {"degree": 3}),
         PUBLISHED: ("rkhs-paper", {}),
     }
 )

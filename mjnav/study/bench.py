@@ -107,7 +107,7 @@ class Bench(Settled):
         shipped = next((method for method in self.methods if method.identifier == controller), None)
         if shipped is None:
             return MethodEntry(placed(controller, os.getcwd()), controller, values, label=controller.rpartition(":")[2])
-        return MethodEntry(shipped.controller, f"{controller} ({HERE})", {**shipped.set, **values}, tuned=shipped.tuned)
+        return MethodEntry(shipped.controller, f"{controller} ({HERE})", {**shipped.set, **values})
 
     def trials(self, methods: Sequence[MethodEntry], seeds: Mapping[str, Sequence[int]]) -> list[Trial]:
         """Every suite's cells under its `seeds`; an unfinished run has done the same share of every suite."""

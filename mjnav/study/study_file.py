@@ -16,7 +16,6 @@
     controller = "rkhs"
     name = "rkhs d=1"                           # the controller's name by default
     label = "RKHS, degree 1"                    # optional: what tables and charts call it
-    tuned = true                                # optional: with what tuning found for it, as `mjnav bench` has it
     set = { degree = 1 }                        # a key without a dot is the controller's, others are a run file's
     grid = { weight = [0.3, 1, 3] }
     [[methods]]
@@ -24,8 +23,8 @@
     search = { count = 24, eta = { low = 0.8, high = 0.99 }, safety_margin = { one_of = [0.0, 0.05] } }
 
 The cells are scenes x settings x grid x methods x their grids or searches; an episode is a cell under a seed. Keys
-that are given more than once: the method's grid or search comes last, before it the method's set, what it is tuned to,
-the grid, the setting, [set], the scene. A method starts with its own default parameters, as `--controller` does.
+that are given more than once: the method's grid or search comes last, before it the method's set, the
+grid, the setting, [set], the scene. A method starts with its own default parameters, as `--controller` does.
 
 A search draws settings of a method, as many for one method as for another:
 
@@ -42,7 +41,6 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from math import inf
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, Any
 
 from mjnav.control.registry import shipped_parameters
@@ -198,20 +196,15 @@ class MethodEntry(Settled):
         "log = true, { mean, std } or { one_of }",
     ] = None
     label: Annotated[str, "in tables; by default the name, of file.py:Class the class"] = ""
-    tuned: Annotated[
-        bool, "with what tuning found for a shipped controller, as `mjnav bench` has it; `set` goes first"
-    ] = False
 
     def _check(self):
-        if self.tuned and self.controller not in tuned():
-            raise InvalidValue("tuned", True, f"beside one of these controllers: {', '.join(tuned())}")
         if self.grid and self.search is not None:
             raise InvalidValue("search", "a search beside a grid", "one of the two")
 
     @property
     def values(self) -> dict[str, object]:
-        """What `set` says, and beside it what the method is tuned to, by full key."""
-        return controller_keys({**(tuned()[self.controller] if self.tuned else {}), **self.set})
+        """What `set` says, by full key."""
+        return controller_keys(self.set)
 
     @property
     def identifier(self) -> str:
@@ -305,14 +298,6 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyFile:
     document = parse(read_text(name), name)
     with below(file=name):
         return replace(read_document(StudyFile, document), source=name)
-
-
-@cache
-def tuned() -> Mapping[str, Overrides]:
-    """What tuning found for every shipped method, by its name: its settings in the suites of the bench."""
-    path = str(data_folder("runs") / BENCH / SUITES)
-    methods = parse(read_text(path), path)["methods"]
-    return MappingProxyType({method["controller"]: method.get("set", {}) for method in methods})
 
 
 def study_text(study: StudyFile) -> str:

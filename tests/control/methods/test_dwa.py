@@ -64,7 +64,7 @@ class Literal:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_every_risk_and_total_is_that_of_arcs_driven_in_small_steps(observe, seed):
-    controller = make_controller("dwa", RobotLimits(), PERIOD, **SMALL, clearance=2.0, weight=0.7)
+    controller = make_controller("dwa", RobotLimits(), PERIOD, **SMALL, clearance=2.0, weight=0.7, moving=False)
     o = observe(seed, num_obstacles=3, num_walls=2, **(CROWDED if seed % 3 == 2 else {}))
     problem, literal = controller.problem(o), Literal(o, controller)
     costs = controller.evaluate(problem)
@@ -100,10 +100,11 @@ def test_where_nothing_is_admissible_it_brakes_and_says_so(alone, dwa):
     assert np.isfinite(decision.costs.total).any()
 
 
-def test_people_who_go_on_are_met_only_where_that_is_asked_for(alone, dwa):
-    minding = make_controller("dwa", RobotLimits(), PERIOD, moving=True)
+def test_people_who_go_on_are_met_unless_they_are_taken_where_they_are(alone):
+    blind = make_controller("dwa", RobotLimits(), PERIOD, moving=False, clearance=2.0)
+    minding = make_controller("dwa", RobotLimits(), PERIOD, clearance=2.0)
     leaving, coming = disc(1.5, 0.0, vx=1.5), disc(3.5, 0.0, vx=-1.0)
     for body, meets, minded in ((leaving, True, False), (coming, False, True)):
         o = alone(twist=(0.6, 0.0), obstacles=(body,))
-        risks = [controller.decide(o).costs.cone.max() for controller in (dwa, minding)]
+        risks = [controller.decide(o).costs.cone.max() for controller in (blind, minding)]
         assert [risk > 0.0 for risk in risks] == [meets, minded]

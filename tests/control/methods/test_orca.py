@@ -17,7 +17,7 @@ FREE = RobotLimits(
 
 @pytest.fixture(scope="module")
 def orca():
-    return make_controller("orca", RobotLimits(), PERIOD)
+    return make_controller("orca", RobotLimits(), PERIOD, approach_time=1.0)
 
 
 def disc(x, y, vx=0.0, vy=0.0, radius=0.3):
@@ -55,7 +55,7 @@ def test_a_free_robots_effective_centre_follows_any_holonomic_velocity(alone):
 @settings(max_examples=40)
 def test_what_obeys_the_half_planes_keeps_the_effective_disc_clear_for_the_horizon(observe, seed):
     """Discs for time_horizon, walls for wall_horizon, lanes at lane_horizon, by simulation of constant velocities."""
-    controller = make_controller("orca", FREE, PERIOD)
+    controller = make_controller("orca", FREE, PERIOD, responsibility=1.0)
     p = controller.parameters
     o = observe(seed, near=1.5, num_walls=1)
     decision = controller.decide(o)
