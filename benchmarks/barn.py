@@ -12,7 +12,8 @@ and with the clip of before, 4 T_o in place of 2 T_o, 0.25 at most. Scores are m
 are BARN's worlds in MuJoCo with mjnav's robot, and no entries of the challenge, which drives a Jackal in Gazebo.
 
 By default the robot has no map: it draws one by a lidar of 270 degrees and 720 beams, with the noise `pearson` on
-lidar, wheels and gyro. `--told` gives it the exact map and a pose sensor with that noise.
+lidar, wheels and gyro. `--told` gives it the exact map and a pose sensor with that noise. Without `--method` it is
+`rkhs-plan`, and `mppi`, `dwa` and `rkhs` by their classes' defaults, which are not those of their names.
 """
 
 import argparse
@@ -39,6 +40,10 @@ LIDAR = {
     "sensors.lidar": {"model": "ideal", "beams": 720, "field_of_view": 1.5 * np.pi, "max_range": 30.0},
 }
 MOVED = 0.1  # [m] after which the clock starts
+BY_CLASS = {
+    f"mjnav.control.methods.{place}": name
+    for place, name in (("mppi:Mppi", "mppi"), ("dwa:Dwa", "dwa"), ("rkhs:Rkhs", "rkhs"))
+}
 CELL, CORNER = 0.15, np.array([-4.575, 5.075])  # [m] of a reference path's grid
 
 
@@ -63,7 +68,7 @@ def main() -> None:
     """Runs all and prints a row for each world, and the means of each method."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--method", nargs="+", default=["rkhs-plan", "mppi", "dwa", "rkhs"])
+    parser.add_argument("--method", nargs="+", default=["rkhs-plan", *BY_CLASS])
     parser.add_argument("--worlds", nargs="+", type=int, help="numbers of worlds; all in the folder by default")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--told", action="store_true", help="with the exact map and a pose sensor")
@@ -95,8 +100,8 @@ def main() -> None:
                 for k in (2.0, 4.0)
             ]
             means.append([*shares, np.mean(times) if times else np.nan, *scores])
-            print(row(method, str(n), means[-1]))
-        print(row(method, "all", [*np.nanmean(means, axis=0)]))
+            print(row(BY_CLASS.get(method, method), str(n), means[-1]))
+        print(row(BY_CLASS.get(method, method), "all", [*np.nanmean(means, axis=0)]))
 
 
 def row(method: str, world: str, figures: list[float]) -> str:

@@ -3,8 +3,8 @@
     uv run python benchmarks/planner.py --decisions 300
 
 A robot in a corridor 7 m wide that it knows, among people at random within 6 m who walk towards it. Each row is CPU
-time of one decision in ms, the median and the 99 % quantile, and the ratio of the medians to `rkhs` with its defaults
-among twelve people, which is measured in the same run.
+time of one decision in ms, the median and the 99 % quantile, and the ratio of the medians to `rkhs` by its class's
+defaults among twelve people, which is measured in the same run.
 """
 
 import argparse
@@ -14,6 +14,7 @@ import numpy as np
 
 from mjnav.control import make_controller
 from mjnav.control.base import Controller
+from mjnav.control.methods.rkhs import Rkhs
 from mjnav.control.problem.fan import num_rollouts
 from mjnav.messages import KnownMap, Observation, ObstacleSamples, RobotLimits
 
@@ -66,7 +67,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--decisions", type=int, default=300, help="decisions in each row")
     decisions, limits = parser.parse_args().decisions, RobotLimits()
-    unit = measured(make_controller("rkhs", limits, PERIOD), 12, decisions)
+    unit = measured(make_controller(Rkhs, limits, PERIOD), 12, decisions)
     print(f"rkhs, 12 people: {np.median(unit):.2f} ms p50, {np.quantile(unit, 0.99):.2f} ms p99")
     print("people  samples  rollouts     p50     p99   ratio")
     for num_people, samples, turn_rates in ROWS:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from mjnav.control import make_controller
+from mjnav.control.methods.rkhs import Rkhs
 
 NUM_SAMPLES, NUM_OBSTACLES, DEGREE = 25, 5, 3
 WHOLE, KERNEL, NUMPY, GRAM = "whole decision", "moment kernel", "NumPy moments", "Gram matrices (one pair, multiplied)"
@@ -24,7 +25,7 @@ def observation(approaching):
 
 @pytest.fixture(scope="module")
 def controller(limits):
-    return make_controller("rkhs", limits, 0.1, degree=DEGREE)
+    return make_controller(Rkhs, limits, 0.1, degree=DEGREE)
 
 
 @pytest.fixture(scope="module")

@@ -26,6 +26,7 @@ import pytest
 
 from mjnav.compile.compiled import kernel
 from mjnav.control import make_controller
+from mjnav.control.methods.rkhs import Rkhs
 
 SIZE, REPEATS = 512, 200  # float64: an array fills an eighth of the first cache
 MULTIPLY_ADDS = 16
@@ -62,7 +63,7 @@ def test_the_kernel_runs_near_the_machines_arithmetic(
 ):
     observation = approaching()
     # Without the clip no pair is out of reach: every sample is evaluated.
-    controller: Any = make_controller("rkhs", limits, 0.1, degree=degree, clip=inf)
+    controller: Any = make_controller(Rkhs, limits, 0.1, degree=degree, clip=inf)
     problem = controller.problem(observation)
     c, cone = problem.candidates, problem.cone
     no_hinge = np.zeros(len(cone.sizes), bool)

@@ -11,6 +11,7 @@ from matplotlib.patches import Circle
 import mjnav
 from mjnav.constraints import collision_cone
 from mjnav.control import make_controller
+from mjnav.control.methods.rkhs import Rkhs
 from mjnav.loop.run import record_at
 from mjnav.messages import Array
 from mjnav.rkhs import mmd_squared
@@ -51,10 +52,10 @@ def cone() -> Figure:
 
 
 def distributions() -> Figure:
-    """F of the closest person at three controls of one decision of `crossing3`, and F^des."""
-    scenario = mjnav.load_scenario("crossing3", seed=3)
+    """F of the closest person at three controls of one decision of `crossing3`, and F^des; by the class's defaults."""
+    scenario = mjnav.load_scenario("crossing3", controller=Rkhs, seed=3)
     observation = record_at(scenario, 2.9).observation
-    controller = make_controller("rkhs", scenario.robot.limits, scenario.control.period)
+    controller = make_controller(Rkhs, scenario.robot.limits, scenario.control.period)
     problem = controller.problem(observation)  # type: ignore[attr-defined]  # of the methods that have candidates
     c, decision = problem.candidates, controller.decide(observation)
     goal, nominal = int(np.argmin(problem.goal_cost)), problem.nominal

@@ -223,8 +223,9 @@ def make_controller(name: Any, robot_limits: RobotLimits, period: float, **param
 
     `name` is one of `names()`; for a controller of one's own "package.module:Class", "file.py:Class", the name that a
     package registers, the class itself or an object, which is used as it is. The defaults of speed_change_weight and
-    turn_change_weight, where the method has them, follow the period: 0.01 at 0.1 s. Raises InvalidValue for a name that
-    does not exist, a parameter that the method does not have, and a value that is not allowed.
+    turn_change_weight, where the method has them, are those at 0.1 s and follow the period. By its name a method has
+    what tuning found, by its class the class's defaults. Raises InvalidValue for a name that does not exist, for a
+    parameter that the method does not have, and for a value that is not allowed.
     """
     name = name_of(name)
     if not number("period", period) > 0.0:

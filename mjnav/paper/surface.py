@@ -1,7 +1,7 @@
 """The cost over (v, omega) (figure 3): whether a gradient method does worse on it than samples.
 
 Decisions are those in which obstacles matter: another candidate was chosen than the goal alone would choose. On each
-of them the cost is that of the published method and of the tuned one, with the nominal control and the desired
+of them the cost is that of the published method and of mjnav's class, with the nominal control and the desired
 distributions held at the decision's. Within what one period reaches, the grid's 402 candidates are compared with
 sequential quadratic programming (SLSQP) from the middle.
 """

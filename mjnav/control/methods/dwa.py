@@ -1,4 +1,4 @@
-"""`dwa`: the dynamic window approach, at the means only and with every obstacle where it is now.
+"""`dwa`: the dynamic window approach, at the means only.
 
 Of the controls that are reachable within one period (the dynamic window: the candidates) those are admissible after
 which the robot can stop before it touches anything. With dist(v, omega) the way along the arc to the first contact with
@@ -12,8 +12,9 @@ dist |omega / v| being the angle turned until then. Among those,
 
 (Fox, Burgard & Thrun 1997, "The Dynamic Window Approach to Collision Avoidance"). The shared goal cost J stands in
 place of the published terms of heading and speed, so that only the risk differs from other methods. The velocities of
-obstacles are ignored, as published, unless `moving` says otherwise: then a disc goes on at its mean velocity (Seder &
-Petrovic 2007, "Dynamic window based approach to mobile robot motion control in the presence of moving obstacles").
+obstacles are ignored, as published, where `moving` is false, the class's default. Where it is true, as by the name
+`dwa`, a disc goes on at its mean velocity (Seder & Petrovic 2007, "Dynamic window based approach to mobile robot motion
+control in the presence of moving obstacles").
 
 Infeasible: no candidate is admissible. Then only those remain whose stopping distance, v^2 / 2a or
 |v omega| / 2a_omega, exceeds the distance to the contact least.

@@ -30,7 +30,7 @@ class KldParameters(MatchingParameters):
     num_components: Annotated[Count, "of each fitted mixture"] = 2
     num_iterations: Annotated[Count, "of the EM fit"] = 10
     std_floor: Annotated[Positive, "least standard deviation of a component, in f's unit"] = (
-        1.0  # tuned: so wide, mostly means are compared
+        1.0  # so wide, mostly means are compared
     )
 
 

@@ -5,8 +5,8 @@ The velocity nearest to the preferred one within half-planes that keep clear of 
     V* = argmin |V - V_pref|   subject to   n_j . (V - (V_now + alpha u_j)) >= 0
 
 (van den Berg, Guy, Lin & Manocha 2011, "Reciprocal n-Body Collision Avoidance"; u_j and n_j as in
-`constraints.velocity_obstacle`). The responsibility alpha is 1, where the paper has 1/2 between robots: people, table
-legs and pillars are not expected to react.
+`constraints.velocity_obstacle`). The paper has a `responsibility` alpha of 1/2 between robots. With 1, the class's
+default, nobody is expected to react; what tuning found is little more than 1/2.
 
 A differential drive follows V through its effective centre, a point D ahead of the axle (Snape, van den Berg, Guy &
 Manocha 2010, "Smooth and Collision-Free Navigation for Multiple Robots under Differential-Drive Constraints"). With e

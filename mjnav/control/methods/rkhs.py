@@ -6,7 +6,7 @@ control that is free of collisions, and D_1, D_2 the same of the lane distances,
     u* = argmin_u  J(u) + lambda sum_j MMD^2(F_j(u), F_j^des) + sum_i lambda_i MMD^2(D_i(u), D_i^des)
 
 (Nair et al., "Non Holonomic Collision Avoidance under Non-Parametric Uncertainty: A Hilbert Space Approach", arXiv
-2112.13034). To follow one decision, from this file:
+2112.13034). By the name `rkhs` the distance is weighed (`root`), and not its square. To follow one decision, from here:
 
     control/base.py                  the sum and its argmin
     rkhs/mmd.py                      MMD^2 by raw moments
