@@ -6,8 +6,8 @@ The best settings of each round go on to the next, on more seeds; the best of th
 they stand on layouts that no round had. Prints every round's ranking, as `mjnav compare --rank` does, and the better
 one as a line of a study file. It resumes: rows lie in FOLDER/METHOD, and a run that was stopped goes on from there.
 
-The parameters as they stand are a method's defaults, and so are those that its search does not draw. What this found has
-become the defaults: a search of today starts from there, and does not repeat the one that found them.
+The parameters as they stand are a method's defaults, and so are those that its search does not draw. What this found
+has become the defaults: a search of today starts from there, and does not repeat the one that found them.
 """
 
 import argparse
