@@ -18,10 +18,10 @@ from types import FrameType
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
     ".": 601,
-    "cli": 2523,
+    "cli": 2525,
     "compile": 339,
     "constraints": 381,
-    "control": 3291,
+    "control": 3294,
     "filters": 292,
     "geometry": 1082,
     "gym": 310,
@@ -36,7 +36,7 @@ BUDGETS = {  # code lines
     "robot": 4078,
     "scene": 3656,
     "settings": 814,
-    "study": 3221,
+    "study": 3227,
     "world": 2696,
 }
 MOST_FILES = 309

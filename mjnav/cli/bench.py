@@ -13,6 +13,8 @@ from mjnav.errors import InputError, InvalidValue, unknown_name
 from mjnav.loop.prepare import OUT_FOLDER
 from mjnav.output_files import replacement
 from mjnav.scene.overrides import overrides_of
+from mjnav.scene.spec import Control
+from mjnav.settings import keys
 from mjnav.study.compare.cell_rows import is_cost
 from mjnav.study.compare.study_comparison import StudyComparison
 from mjnav.study.study_file import MethodEntry
@@ -111,7 +113,7 @@ def _entries(bench: "Bench", arguments: argparse.Namespace) -> list[MethodEntry]
     values = {}
     for given in overrides_of(arguments.overrides):
         key = given.key.removeprefix("control.")
-        if "." in key:
+        if "." in key or key in keys(Control):
             raise InvalidValue("--set", given.key, "a parameter of the method: the suites say all else")
         values[key] = given.value
     return [bench.entry(name, values) for name in dict.fromkeys(arguments.methods)]

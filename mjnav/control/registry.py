@@ -213,6 +213,14 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(METHODS))
 
 
+_BY_CLASS = {f"mjnav.control.methods.{m.place}": Method(m.name, m.place, m.idea, m.source) for m in METHODS.values()}
+
+
+def shipped(name: Any) -> Method | None:
+    """The method of a name, or of the place of its class, then without a preset; None for what is not mjnav's own."""
+    return METHODS.get(name) or _BY_CLASS.get(name) if isinstance(name, str) else None
+
+
 def describe() -> dict[str, str]:
     """The idea and the source of each method, in a line, by name."""
     return {name: f"{METHODS[name].idea} ({METHODS[name].source})" for name in names()}
@@ -232,7 +240,7 @@ def make_controller(name: Any, robot_limits: RobotLimits, period: float, **param
         raise InvalidValue("period", period, "a finite number > 0")
     if not isinstance(robot_limits, RobotLimits):
         raise InvalidValue("robot_limits", robot_limits, "RobotLimits")
-    method = METHODS.get(name)
+    method = shipped(name)
     registered_place(ControllerPlugin, name, METHODS)
     kind: Any = method.controller_class if method else find(ControllerPlugin, name, METHODS)
     if not isclass(kind):
@@ -252,7 +260,7 @@ def shipped_parameters(name: str, period: float, **parameters: Any) -> LoopParam
 
     Raises InvalidValue as it does.
     """
-    method = METHODS.get(name)
+    method = shipped(name)
     if method is None:
         return None
     kind = method.controller_class.parameters_type

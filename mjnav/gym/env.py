@@ -95,7 +95,7 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
             also = "" if "human" in modes else "human where there is a display (DISPLAY, WAYLAND_DISPLAY)"
             raise unknown_name("render_mode", render_mode, modes, also=also)
         self.render_mode = render_mode
-        self.metadata = {"render_modes": modes, "render_fps": round(self._scenario.control.rate)}
+        self.metadata = {"render_modes": modes, "render_fps": max(1, round(self._scenario.control.rate))}
         with below("size"):
             self._size = settled(tuple[Side, Side], size)
         self._renderer: Renderer | None = None

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from mjnav.control import names
+from mjnav.control.registry import shipped
 from mjnav.log.live import LiveServer
 from mjnav.log.write.writer import LogError
 from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch, profile_of
@@ -110,5 +110,5 @@ class Episode:
 def _needs_scans(scenario: Scenario) -> bool:
     """Whether an estimator goes by the lidar, or a plug-in may: no method of mjnav's looks at scans."""
     robot, people = scenario.estimation.robot, scenario.estimation.obstacles
-    own = scenario.control.method not in names() or robot.localizer is not None or people.tracker is not None
+    own = shipped(scenario.control.method) is None or robot.localizer is not None or people.tracker is not None
     return own or scenario.draws_map or "lidar" in (robot.source, people.source)

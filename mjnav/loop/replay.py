@@ -11,7 +11,7 @@ from math import isnan
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mjnav.control import names
+from mjnav.control.registry import shipped
 from mjnav.errors import InputError, UntrustedCode
 from mjnav.log.encode.topics import EVENTS, PLAN, TIMING, topics
 from mjnav.log.log_format import REPLAY
@@ -268,7 +268,7 @@ def replay(
 def _refuse_code(path: Path, logged: Scenario, scenario: Scenario) -> None:
     """Raises UntrustedCode where the scenario still has code that the log names and that is not mjnav's own."""
     method = logged.control.method
-    if scenario.control.method is method and method not in names():
+    if scenario.control.method is method and shipped(method) is None:
         raise UntrustedCode(f"{path}: its controller is {method!r}")
     given = {plugin.name for plugin in plugins_of(scenario).values() if isinstance(plugin.name, Given)}
     for key, plugin in plugins_of(scenario).items():

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mjnav.compile.compiled import load_kernels
-from mjnav.control import names
+from mjnav.control.registry import shipped
 from mjnav.errors import InvalidValue
 from mjnav.log.live import LiveServer
 from mjnav.loop.episode import Episode
@@ -44,7 +44,7 @@ def warm_up(scenario: Scenario) -> None:
     """
     sensors = replace(scenario.sensors, rate=scenario.control.rate)
     scenario = without_plugins(replace(scenario, sensors=sensors))
-    if scenario.control.method not in names():
+    if shipped(scenario.control.method) is None:
         scenario = replace(scenario, control=replace(scenario.control, method=METHOD, parameters={}))
     with suppress(RunFault):  # the run itself will report, and log, what is wrong
         asked = count()

@@ -22,8 +22,8 @@ from mjnav.study.sweep.sweep import trials as trials_of
 from mjnav.study.trial import Trial
 
 T = TypeVar("T")
-# The paper's samples, as `--set` takes them: a reading less draws of its noise, in place of a particle filter's.
 CLASS = "mjnav.control.methods.rkhs:Rkhs"  # with the class's defaults: what tuning found belongs to the name `rkhs`
+# The paper's samples, as `--set` takes them: a reading less draws of its noise, in place of a particle filter's.
 DIRECT = (f"control.method={CLASS}", "estimation.robot.source=direct", "estimation.obstacles.source=direct")
 
 

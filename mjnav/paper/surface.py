@@ -35,14 +35,12 @@ Cost = Callable[[Array, Array], Array]  # of controls v, omega (K,): (K,)
 PUBLISHED = "as published"
 VARIANTS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(  # method, and its parameters that are changed
     {
-        "d = 1": (CLASS, {"degree": 1}),
-        "d = 2": (CLASS, {"degree": 2}),
-        "d = 3": (CLASS, {"degree": 3}),
+        **{f"d = {d}": (CLASS, {"degree": d}) for d in (1, 2, 3)},
         PUBLISHED: ("rkhs-paper", {}),
     }
 )
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {PUBLISHED: (PUBLISHED,), "as tuned here, d = 1, 2, 3": ("d = 1", "d = 2", "d = 3")}
+    {PUBLISHED: (PUBLISHED,), "by the class's defaults, d = 1, 2, 3": ("d = 1", "d = 2", "d = 3")}
 )
 SOURCE = "figure 3, section V-A"
 NEAR = 0.01  # of a cost: what counts as worse, and as the same

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mjnav.control import Controller, make_controller
-from mjnav.control.registry import METHODS, shipped_parameters
+from mjnav.control.registry import shipped, shipped_parameters
 from mjnav.scene.spec import Scenario
 from mjnav.settings import below
 
@@ -39,7 +39,7 @@ def num_samples(scenario: Scenario) -> int | None:
 
 def plans_in_time(scenario: Scenario) -> bool | None:
     """Whether the scenario's controller takes people where they are predicted at every step; None for one's own."""
-    method = METHODS.get(str(scenario.control.method))
+    method = shipped(scenario.control.method)
     return None if method is None else method.controller_class.plans_in_time
 
 

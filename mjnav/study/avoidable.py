@@ -5,6 +5,7 @@
 `judge` asks the oracle about one log; `by_method` puts the methods beside one another.
 """
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,11 +39,11 @@ def sources(given: str) -> tuple[Sequence[Source], str | None]:
     InputError where there is no log.
     """
     path = Path(given)
-    if path.suffix == ".mcap" or (path.is_file() and path.suffix != ".toml"):
+    if path.suffix == ".mcap" or (os.path.isfile(path) and path.suffix != ".toml"):
         return (Source(path),), None
-    if path.is_dir() and (logs := sorted(path.glob("*.mcap"))):
+    if os.path.isdir(path) and (logs := sorted(path.glob("*.mcap"))):
         return tuple(map(Source, logs)), None
-    if path.is_dir() and not any(path.glob("*.parquet")):
+    if os.path.isdir(path) and not any(path.glob("*.parquet")):
         raise InputError(f"{path}: a folder without logs (*.mcap) and without results of a sweep")
     try:
         return _of_study(find_results(given)[0])

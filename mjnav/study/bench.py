@@ -34,13 +34,14 @@ from mjnav.study.compare.cell_rows import WIN_BY, CellRows, cell_rows, columns_f
 from mjnav.study.compare.study_comparison import NEEDED, Comparison, StudyComparison, compare, rows_of
 from mjnav.study.compare.worst_seeds import run_commands, worst_seeds
 from mjnav.study.store import Store, parquet, schema
-from mjnav.study.study_file import BENCH, SUITES, MethodEntry, Overrides, StudyFile, scene_paths, shipped_scenes
+from mjnav.study.study_file import MethodEntry, Overrides, StudyFile, scene_paths, shipped_scenes
 from mjnav.study.sweep.sweep import trials
 from mjnav.study.trial import Trial
 
 if TYPE_CHECKING:
     import pyarrow
 
+BENCH, SUITES = "bench", "suites.toml"  # the folder below runs/, and its file
 ALL = "all suites"
 HERE = "here"  # follows the name of a shipped method that is run beside its own reference rows
 FIGURES = (
@@ -90,6 +91,12 @@ class Bench(Settled):
         return replace(bench, suites=suites, methods=bench.methods or cls.load().methods, source=name)
 
     @property
+    def parameters(self) -> str:
+        """A digest of every parameter of the methods, defaults included, in all suites."""
+        cells = [cell for suite in self.suites for cell in resolve(suite.study(self.methods))]
+        return hashlib.sha256("\n".join(cell.control for cell in cells).encode()).hexdigest()
+
+    @property
     def rows(self) -> Path:
         """The file of the reference rows, beside this one."""
         return Path(self.source).with_suffix(".parquet")
@@ -133,7 +140,8 @@ class Reference:
     """The reference rows: `COLUMNS` of every episode, and what they were made with."""
 
     table: "pyarrow.Table"
-    made: Mapping[str, Any]  # "suites": name -> version and digest; the facts of `loop.provenance`, "revision"
+    # "suites": name -> version and digest; "parameters": digest; the facts of `loop.provenance`, "revision"
+    made: Mapping[str, Any]
 
     @classmethod
     def load(cls, file: Path) -> "Reference":
@@ -145,7 +153,7 @@ class Reference:
         try:
             table = parquet().read_table(file)
             return cls(table.select(COLUMNS), json.loads(table.schema.metadata[BENCH.encode()]))
-        except (OSError, KeyError, ValueError, pa.ArrowException) as error:
+        except (OSError, KeyError, TypeError, ValueError, pa.ArrowException) as error:
             raise MjnavError(f"{file}: cannot be read ({error})") from None
 
     @classmethod
@@ -154,11 +162,15 @@ class Reference:
         import pyarrow as pa
 
         found = cls(store.rows(COLUMNS).sort_by([(name, "ascending") for name in COLUMNS[:5]]), {})
-        whole = [found.rows(name).filter(pa.array(found.complete(name))) for name in found._studies]
-        table = pa.concat_tables([found.table.slice(0, 0), *whole])
+        whole = [found.table.slice(0, 0)]
+        for name, rows in found._studies.items():
+            seeds = set(found.seeds(name))
+            whole.append(rows.filter(pa.array([seed in seeds for seed in rows["seed"].to_pylist()])))
         made = {suite.name: {"version": suite.version, "digest": suite.digest} for suite in bench.suites}
         facts = provenance(bench.methods[0].controller, ())
-        return cls(table, {"suites": made, "revision": revision(), **facts})
+        return cls(
+            pa.concat_tables(whole), {"suites": made, "parameters": bench.parameters, "revision": revision(), **facts}
+        )
 
     def content(self) -> bytes:
         """The file."""
@@ -188,11 +200,6 @@ class Reference:
         """Those that every cell and method has."""
         counts = Counter(self.rows(study)["seed"].to_pylist())
         return sorted(seed for seed, count in counts.items() if count == max(counts.values()))
-
-    def complete(self, study: str) -> list[bool]:
-        """Which of the rows of a suite's study are under such a seed."""
-        seeds = set(self.seeds(study))
-        return [seed in seeds for seed in self.rows(study)["seed"].to_pylist()]
 
 
 # ---------------------------------------------------------------------------------------- comparison

@@ -9,7 +9,7 @@ and the keys come from the same fields and marks.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from difflib import get_close_matches
 from types import MappingProxyType
 
@@ -216,6 +216,8 @@ def _nearest(prefix: str, known: Iterable[str]) -> list[str]:
 def _parameters(method: str) -> Iterator[KeyReference]:
     """A method's parameters, with its own defaults."""
     own = shipped_parameters(method, _PERIOD) or make_controller(method, RobotLimits(), _PERIOD).parameters
+    if not is_dataclass(own):
+        return
     for row in key_references(type(own), "control.", defaults=own):
         if row.key != f"control.{_GIVEN_ELSEWHERE}":
             yield replace(row, where=method)

@@ -14,10 +14,10 @@ apart; every such window counts. The velocity is that of the last step. What a t
 measured in a scene that `mjnav import crowd` makes of the recording.
 """
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -238,7 +238,10 @@ class Frames:
             number = track.rows[:, 0] / step
             whole = np.abs(number - number.round()) < 1e-3
             steps = number[whole].round().astype(int).tolist()
-            places.setdefault(track.label, {}).update(zip(steps, track.rows[whole, 1:], strict=True))
+            if steps:
+                places.setdefault(track.label, {}).update(zip(steps, track.rows[whole, 1:], strict=True))
+        if not places:
+            raise InvalidValue("", "nobody at the recording's own steps", "people who walk on [m] from step to step")
         return cls(step, places)
 
     def whereabouts(self, person: str, times: Array) -> Array:
@@ -299,7 +302,7 @@ def measure(source: str, plan: Plan) -> Document:
         text = scene.dumps(log.scenario())
         load = partial(scene.loads, text, file=source)
         trajectory, what = log.trajectory(), f"{source}, of {log.scenario().name}"
-    elif not source.endswith(".toml") and Path(source).is_file():
+    elif not source.endswith(".toml") and os.path.isfile(source):
         return _recording(source, plan)
     else:
         load = partial(scene.load, source)

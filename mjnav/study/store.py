@@ -128,7 +128,7 @@ LABELS = _columns(
     controller=(STRING, "control.method"),
     parameters=(STRING, 'swept values by key as JSON: {"control.weight": 0.3}'),
     control=(STRING, "every parameter of the controller with its value, as JSON"),
-    scenario=(STRING, "the run file with all defaults; `mjnav run` repeats the episode from it and the seed"),
+    scenario=(STRING, "the run file with all defaults but the controller's, which `control` has"),
 )
 FIGURES: Mapping[str, Column] = MappingProxyType(
     {

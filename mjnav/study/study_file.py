@@ -163,7 +163,6 @@ def _rounded(draw: Any, value: Any) -> Any:
 
 
 FOLDER = "studies"  # below runs/
-BENCH, SUITES = "bench", "suites.toml"  # another folder below runs/, and its file
 MAX_SEEDS = 10_000_000
 MAX_CELLS = 10_000  # of scenes, settings and methods each
 MAX_NAME = 200  # [bytes] that any file system takes, with what is added to it
@@ -322,6 +321,6 @@ def scene_paths(study: StudyFile) -> list[str]:
 
 
 def _check_distinct(key: str, values: Sequence[object]) -> None:
-    for i, value in enumerate(values):
+    for i, value in enumerate(values if len(set(values)) < len(values) else ()):
         if value in values[:i]:
             raise InvalidValue(f"{key}.{i}", value, "every one once")

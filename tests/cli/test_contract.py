@@ -182,6 +182,7 @@ render a.mcap -o a.gif --fps 60 -> --fps: found 60; allowed: at most 50 for a GI
 replay a.mcap --controller rkhz -> --controller: control.method: found 'rkhz'
 show two.toml -> two.toml: a run file is shown with --seed or --set
 sweep two.toml --scheduler foo -> --scheduler: found 'foo'; allowed: the address of a Dask scheduler
+bench rkhs --set method=dwa -> --set: found 'method'; allowed: a parameter of the method
 bench mean --quick --share 0.5 -> argument --share: not allowed with argument --quick
 render a.mcap -o a.png --at 2 -> --at: found 2.0; allowed: a time from 0 to 0.4 s
 export gone.mcap out --format rosbag -> did you mean 'rosbag2'?

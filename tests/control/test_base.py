@@ -32,9 +32,12 @@ def test_a_robot_at_rest_that_faces_away_from_its_goal_turns(alone, limits):
 
 
 def test_a_robot_without_obstacles_drives_to_its_goal(choosing, alone):
+    if isinstance(choosing, Kld | MmdDirac):  # by their own weight they reach 0.56 and 0.52
+        parameters = replace(choosing.parameters, speed_change_weight=0.01)
+        choosing = type(choosing)(choosing.limits, choosing.period, parameters)
     decision = choosing.decide(alone())
     assert decision.status == Status.OK
-    if isinstance(choosing, Kld | MmdDirac) or getattr(choosing.parameters, "window", "reachable") == "bounds":
+    if getattr(choosing.parameters, "window", "reachable") == "bounds":
         assert decision.v > 0.4, "as much as its own cost of a change asks for"
     else:
         assert decision.v == pytest.approx(0.6)

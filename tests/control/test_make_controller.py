@@ -5,7 +5,7 @@ import pytest
 from mjnav.control import describe, make_controller, names
 from mjnav.control.methods.rkhs import RkhsParameters
 from mjnav.control.parameters import Parameters
-from mjnav.control.registry import METHODS
+from mjnav.control.registry import METHODS, shipped_parameters
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
 
@@ -71,12 +71,27 @@ def test_a_period_that_is_none_is_refused(limits, period):
         make_controller("rkhs", limits, period)
 
 
+@pytest.mark.parametrize("name", names())
+def test_a_class_is_named_by_its_place_and_has_its_own_defaults(name, limits):
+    place = f"mjnav.control.methods.{METHODS[name].place}"
+    made = make_controller(place, limits, 0.1)
+    assert type(made) is METHODS[name].controller_class
+    assert made.parameters == type(made.parameters)()
+    assert shipped_parameters(place, 0.1) == made.parameters
+
+
+TUNED = {  # weights of a change of speed and of turn rate at 10 Hz
+    "dwa": (0.00723, 0.216), "gaussian-linearised": (0.0244, 0.00747), "kld": (0.0326, 0.0152),
+    "mean": (0.0241, 0.0392), "mmd-dirac": (0.101, 0.0437), "mppi": (0.037, 0.0032), "rkhs": (0.0151, 0.0366),
+    "rkhs-reading": (0.146, 0.00522),
+}  # fmt: skip
+
+
 @pytest.mark.parametrize("name", sorted({*names()} - {"orca"}))
 def test_the_weights_of_a_change_follow_the_period_unless_they_are_given(name, limits):
     at_10, at_50 = (make_controller(name, limits, period).parameters for period in (0.1, 0.02))
     speed, turn = at_10.speed_change_weight, at_10.turn_change_weight
-    known = {"rkhs": (0.0151, 0.0366), "rkhs-reading": (0.146, 0.00522), "cvar": (0.01, 0.01)}
-    assert (speed, turn) == known.get(name, (speed, turn))
+    assert (speed, turn) == TUNED.get(name, (0.01, 0.01))
     assert (at_50.speed_change_weight, at_50.turn_change_weight) == pytest.approx((0.2 * speed, 0.2 * turn))
     given = make_controller(name, limits, 0.02, speed_change_weight=0.5).parameters
     assert (given.speed_change_weight, given.turn_change_weight) == (0.5, pytest.approx(0.2 * turn))

@@ -111,6 +111,11 @@ def test_ticks_that_the_log_had_to_drop_are_passed_over(logged):
     assert (found.identical, found.ticks, found.missing) == (True, 7, 3)
 
 
+def test_a_class_of_mjnavs_own_is_no_foreign_code(room, path):
+    Episode(room(controller="mjnav.control.methods.saa:Saa"), log=path).run()
+    assert replay(path).identical
+
+
 def test_a_controller_of_ones_own_from_the_working_folder(room, path, tmp_path, monkeypatch):
     (tmp_path / "own_for_replay.py").write_text(OWN)
     monkeypatch.syspath_prepend(tmp_path)

@@ -3,11 +3,12 @@
 from collections import Counter
 from dataclasses import replace
 
+import pyarrow.parquet as parquet
 import pytest
 
 from mjnav.errors import InvalidValue, MjnavError
 from mjnav.study.bench import Bench, Reference, comparison, share_of, weakest
-from mjnav.study.store import Store
+from mjnav.study.store import Store, schema
 from mjnav.study.study_file import MethodEntry
 from tests.study.made_up import row
 
@@ -53,6 +54,7 @@ def test_shipped_rows_are_of_the_suites_as_they_are(bench):
     shipped = Reference.load(bench.rows)
     assert {suite.name: shipped.differs(suite) for suite in bench.suites} == {s.name: None for s in bench.suites}
     assert len(shipped.content()) < 3_000_000
+    assert shipped.made["parameters"] == bench.parameters, "a method's defaults have changed"
     for suite in bench.suites:
         rows = shipped.rows(suite.study(bench.methods).name)
         seeds = set(shipped.seeds(suite.study(bench.methods).name))
@@ -141,3 +143,6 @@ def test_an_unknown_suite_a_wrong_file_and_broken_rows_are_named(bench, tmp_path
     (tmp_path / "own.parquet").write_bytes(b"no Parquet")
     with pytest.raises(MjnavError, match=r"own\.parquet: cannot be read"):
         Reference.load(tmp_path / "own.parquet")
+    parquet.write_table(schema().empty_table(), tmp_path / "bare.parquet")  # as another program leaves one: without
+    with pytest.raises(MjnavError, match=r"bare\.parquet: cannot be read"):  # what the rows were made in
+        Reference.load(tmp_path / "bare.parquet")

@@ -98,6 +98,19 @@ def test_every_key_has_a_sentence_and_says_what_is_allowed():
         assert row.allowed or row.type not in ("number", "integer"), row
 
 
+def test_a_controller_whose_parameters_are_no_dataclass_has_no_rows_of_them(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "from types import SimpleNamespace\n"
+        "class Mine:\n"
+        "    parameters = SimpleNamespace(samples=3)\n"
+        "    def __init__(self, limits, period, parameters): pass\n"
+        "    def decide(self, observation): pass\n"
+    )
+    found = {row.key for row in run_keys(f"{tmp_path}/mine.py:Mine")}
+    assert "control.rate" in found
+    assert "control.samples" not in found
+
+
 def test_a_methods_parameters_come_with_its_own_defaults():
     by_method = {name: {row.key: row for row in run_keys(name)} for name in ("rkhs", "rkhs-paper", "orca")}
     assert by_method["rkhs"]["control.degree"].default == 1

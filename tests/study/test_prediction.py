@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mjnav
+from mjnav.errors import InvalidValue
 from mjnav.scene.crowd import read_recording
 from mjnav.study.prediction import Frames, Plan, measure
 
@@ -37,6 +38,19 @@ def test_constant_velocity_over_a_recording_by_hand(recording):
     assert ade["value"] == pytest.approx(0.5 * errors.mean())
     assert ade["interval"] == pytest.approx((0.0, errors.mean()), abs=1e-6)
     assert figures["figures"]["energy_m"]["value"] == pytest.approx(ade["value"])  # samples that are all alike
+
+
+def test_people_who_are_never_at_a_step_are_left_out_and_somebody_has_to_be_left(tmp_path):
+    file = tmp_path / "odd.txt"
+    at_steps, between = ([(10 * k + shift, 1 + shift, 0.4 * k, 0.0) for k in range(4)] for shift in (0, 5))
+
+    def frames(*rows):
+        file.write_text("\n".join("\t".join(map(str, row)) for row in sorted(rows)))
+        return Frames.of(read_recording(file), 25.0)
+
+    assert set(frames(*at_steps, *between).places) == {"1"}
+    with pytest.raises(InvalidValue, match="nobody at the recording's own steps"):
+        frames(*((10 * k, 1, 100.0 * k, 0.0) for k in range(4)))  # in pixels: no two rows are one walk
 
 
 def test_where_people_were_between_steps_and_beyond_their_rows(recording):

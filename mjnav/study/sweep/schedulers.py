@@ -254,21 +254,13 @@ _POLL = 0.5  # [s]
 
 def run_in_thread(trial: Trial, max_seconds: float) -> Row:
     """The trial's row, run on this thread; a failed row where it took longer than `max_seconds` of wall time."""
-    with _watched(trial, max_seconds) as heart:
-        row = run_trial(trial, beat=heart)
-    return row if heart.over is None else failed_row(trial, heart.over, row.wall_s)
-
-
-@contextmanager
-def _watched(trial: Trial, max_seconds: float) -> Iterator[supervision.Heartbeat]:
-    """A heartbeat for a run of the trial on this thread; a second thread watches it meanwhile."""
     heart, done = supervision.Heartbeat(max_seconds), threading.Event()
-    watch = threading.Thread(target=_watch, args=(trial.label, heart, threading.get_ident(), done), daemon=True)
-    watch.start()
+    threading.Thread(target=_watch, args=(trial.label, heart, threading.get_ident(), done), daemon=True).start()
     try:
-        yield heart
+        row = run_trial(trial, beat=heart)
     finally:
         done.set()
+    return row if heart.over is None else failed_row(trial, heart.over, row.wall_s)
 
 
 def _watch(name: str, heart: supervision.Heartbeat, thread: int, done: threading.Event) -> None:
