@@ -18,7 +18,7 @@ from types import FrameType
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
     ".": 601,
-    "cli": 2525,
+    "cli": 2531,
     "compile": 339,
     "constraints": 381,
     "control": 3294,
@@ -29,14 +29,14 @@ BUDGETS = {  # code lines
     "loop": 2307,
     "metrics": 1920,
     "motion": 502,
-    "noise": 826,
+    "noise": 830,
     "paper": 1093,
     "report": 2590,
     "rkhs": 92,
     "robot": 4078,
-    "scene": 3656,
+    "scene": 3661,
     "settings": 814,
-    "study": 3227,
+    "study": 3239,
     "world": 2696,
 }
 MOST_FILES = 309

@@ -8,7 +8,10 @@ import argparse
 from collections.abc import Collection, Mapping
 
 SHELLS = ("bash", "zsh", "fish")  # of shtab's, those in which the script was tried
-FILES = ("LOG", "PATH", "FILE", "OUT", "FILE.html", "FILE.toml", "OUT.png", "OUT.npz")  # metavars
+FILES = (  # metavars
+    *("LOG", "PATH", "FILE", "OUT", "FILE.html", "FILE.toml", "FILE.yaml", "FILE.csv", "OUT.png", "OUT.npz", "SOURCE"),
+    *("LOG|SCENE", "NAME|PATH"),
+)
 FOLDERS = ("FOLDER",)
 
 
@@ -37,15 +40,16 @@ def completion_script(shell: str) -> str:
             key = next((key for key in (*action.option_strings, metavar) if key in names), None)
             if key is not None:
                 action.choices = names[key]
-            elif "|" in metavar:
-                action.choices = metavar.split("|")
             elif metavar in FILES + FOLDERS:
                 action.complete = shtab.FILE if metavar in FILES else shtab.DIRECTORY  # type: ignore[attr-defined]
+            elif "|" in metavar:
+                action.choices = metavar.split("|")
     return shtab.complete(parser, shell)
 
 
 def _names() -> Mapping[str, Collection[str]]:
     """The values of options and arguments, by option or metavar."""
+    from mjnav.log.export.export import TOPICS
     from mjnav.metrics.summary import GROUPS
     from mjnav.paper import ITEMS
     from mjnav.study.compare.cell_rows import SETS, numbers
@@ -58,7 +62,7 @@ def _names() -> Mapping[str, Collection[str]]:
         "STUDY": listed_studies,
         "AFTER": listed_studies,
         "--controller": [*listed("controllers")],
-        "--topic": [*listed("topics")],
+        "--topic": [*TOPICS],
         "--figure": [*SETS, *GROUPS, *numbers()],
         "--only": [*ITEMS],
         "KIND": [kind.replace(" ", "-") for kind in KINDS],

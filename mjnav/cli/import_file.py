@@ -73,6 +73,8 @@ def execute(arguments: argparse.Namespace) -> int:
             f"--{option.replace('_', '-')}", "`import crowd`", given=given, met=arguments.kind == "crowd"
         )
     output = None if arguments.output is None else new_path("--output", arguments.output, ".toml")
+    of_scene = [override.key for override in overrides_of(arguments.overrides) if not override.key.startswith("crowd.")]
+    options.check_needs("--set", "-o FILE.toml", given=bool(of_scene), met=bool(output or arguments.suite))
     document = {"schema": 1, **(_crowd if arguments.kind == "crowd" else _floor)(arguments, output)}
     if arguments.json:
         print(json.dumps(document, allow_nan=False))

@@ -169,6 +169,13 @@ class Mixture(Settled, Constant, OnRealLine):
         return total
 
 
+def thinned(samples: list[float]) -> list[float]:
+    """The samples themselves; of more than MAX_SAMPLES so many quantiles at even distances."""
+    if len(samples) <= MAX_SAMPLES:
+        return samples
+    return np.quantile(samples, (np.arange(MAX_SAMPLES) + 0.5) / MAX_SAMPLES).tolist()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Empirical(Settled, Constant, OnRealLine):
     """Recorded errors, smoothed: a Gaussian of std `bandwidth` around each sample.

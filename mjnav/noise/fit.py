@@ -16,7 +16,7 @@ from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 from mjnav.noise.base import MOST, Distribution
 from mjnav.noise.correlated import DistributionFunction
-from mjnav.noise.distributions import MAX_SAMPLES, Empirical, Mixture
+from mjnav.noise.distributions import Empirical, Mixture, thinned
 from mjnav.noise.pearson import Pearson
 
 FEWEST = 20  # errors; four moments of fewer say next to nothing
@@ -74,9 +74,8 @@ def _by_em(errors: Array, num: int) -> Mixture:
 
 
 def empirical_fit(errors: Array) -> Empirical:
-    """The errors themselves; of too many, evenly chosen quantiles."""
-    kept = errors if len(errors) <= MAX_SAMPLES else np.quantile(errors, (np.arange(MAX_SAMPLES) + 0.5) / MAX_SAMPLES)
-    return Empirical(samples=tuple(kept.tolist()))
+    """The errors themselves, as far as they are not too many."""
+    return Empirical(samples=tuple(thinned(errors.tolist())))
 
 
 _ARGUMENTS: Mapping[str, tuple[Callable[[Array], Any], tuple[str, ...]]] = MappingProxyType(
@@ -92,12 +91,13 @@ def fits(errors: Array) -> tuple[Fit, ...]:
     """All laws fitted to errors (n,), the best first. Raises InvalidValue for too few errors, and for equal ones."""
     if len(errors) < FEWEST:
         raise InvalidValue("", f"{len(errors)} numbers", f"at least {FEWEST}")
-    if errors.std() <= 1e-12 * np.abs(errors).max():
-        raise InvalidValue("", f"{len(errors)} times {errors[0]:g}", "numbers that differ")
+    folds = np.arange(len(errors)) % FOLDS
+    if min(errors[folds != k].std() for k in range(FOLDS)) <= 1e-12 * np.abs(errors).max():
+        most = np.median(errors)
+        raise InvalidValue("", f"{np.count_nonzero(errors == most)} times {most:g}", "numbers that differ")
     if max(abs(errors.mean()), errors.std()) > MOST:
         found = f"a mean of {errors.mean():.4g} and a std of {errors.std():.4g}"
         raise InvalidValue("", found, f"both at most {MOST:g}, in the unit of the channel")
-    folds = np.arange(len(errors)) % FOLDS
     found = []
     for name, (fit, keys) in _ARGUMENTS.items():
         left_out = [fit(errors[folds != k]).logpdf(errors[folds == k]) for k in range(FOLDS)]

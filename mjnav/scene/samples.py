@@ -4,7 +4,8 @@
     distribution = "empirical"
     samples = { file = "pose.csv", column = "x" }
 
-Loading the run file puts the numbers in place of the file, so a log has them and a replay needs no file.
+Loading the run file puts the numbers in place of the file, so a log has them and a replay needs no file. Of more than
+10 000 these are quantiles at even distances.
 """
 
 import csv
@@ -16,6 +17,7 @@ from typing import Annotated, Any
 
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.noise import CHANNELS
+from mjnav.noise.distributions import thinned
 from mjnav.scene import toml as files
 from mjnav.settings import Settled, below, settled
 
@@ -35,11 +37,15 @@ def read_column(path: str | os.PathLike[str], column: str | None) -> tuple[str, 
     name = os.fspath(path)
     with files.readable("a CSV file", file=name):
         text = files.read_regular(name, _MAX_BYTES).decode("utf-8-sig")
-    rows = csv.reader(line for line in text.splitlines())
-    head = [cell.strip() for cell in next(rows, [])]
+    try:
+        first, *rows = csv.reader(text.splitlines()) if text.strip() else [[]]
+    except csv.Error as error:
+        raise InvalidValue("", None, f"CSV ({error})", file=name) from None
+    head = [cell.strip() for cell in first]
     if column is None:
         if len(head) != 1:
-            raise InvalidValue("column", None, f"one of {', '.join(head)}", file=name)
+            allowed = f"one of {', '.join(head)}" if head else "a column with its name on top"
+            raise InvalidValue("column", None, allowed, file=name)
         column = head[0]
     if column not in head:
         error = unknown_name("column", column, head)
@@ -73,7 +79,7 @@ def put_samples(document: dict[str, Any], folder: Path | None) -> None:
             samples = settled(SamplesFile, given)
             path = files.found("file", samples.file, folder)
             try:
-                table["samples"] = read_column(path, samples.column)[1]
+                table["samples"] = thinned(read_column(path, samples.column)[1])
             except InvalidValue as error:
                 inner = InvalidValue(error.key, error.found, error.allowed, nearest=error.nearest)
                 raise InvalidValue("", samples.file, f"a column of errors that can be read ({inner})") from None

@@ -82,7 +82,11 @@ def judge(source: Source) -> Document:
     log = open_log(source.path)
     log.check_ours()
     scenario, outcome = log.scenario(), (log.result or {}).get("outcome")
-    judgement = judged(log.trajectory(), scenario, outcome=outcome)
+    trajectory, ticks = log.trajectory(), (log.result or {}).get("ticks")
+    if ticks is not None and len(trajectory.decision) < ticks:
+        whole = f"{len(trajectory.decision)} of {ticks} ticks are whole from its start on"
+        raise InputError(f"{source.path}: {whole}: how its run ended cannot be judged")
+    judgement = judged(trajectory, scenario, outcome=outcome)
     return {
         "log": str(source.path),
         "scene": scenario.name,

@@ -36,7 +36,9 @@ from mjnav.robot.seen_space import FloorMap
 from mjnav.scene import crowd as crowds
 from mjnav.scene.crowd import Recording, read_recording, tracks_of
 from mjnav.scene.overrides import Override
+from mjnav.scene.prediction import WallsModel
 from mjnav.scene.spec import Scenario
+from mjnav.settings import below
 
 # ------------------------------------------------------------------------------------------ forecasts
 
@@ -71,7 +73,7 @@ def forecasts(
     """The predictions of all moments, in their order, at `num` times `step` [s] apart.
 
     `whereabouts(name, times)` says where a person was at times (n,) [s]: (n, 2) [m], NaN where nobody knows. A
-    prediction that nobody knows the end of is left out.
+    prediction for a time at which nobody knows is left out.
     """
     ahead = step * np.arange(1, num + 1, dtype=float)
     for moment in moments:
@@ -79,8 +81,9 @@ def forecasts(
         for p, track in enumerate(moment.tracks):
             if track.name in moment.scored:
                 observed = whereabouts(track.name, moment.time + ahead)
-                if np.isfinite(observed[-1]).all():
-                    yield Forecast(track.name, moment.time, path_scores(paths[p, :, 1:], observed))
+                if np.isfinite(observed).all():
+                    person = track.name.partition(_PIECE)[0]
+                    yield Forecast(person, moment.time, path_scores(paths[p, :, 1:], observed))
 
 
 # ---------------------------------------------------------------------------------- figures of models
@@ -218,6 +221,7 @@ def _belief(trajectory: Trajectory, k: int, p: int, *, exact: bool) -> tuple[Arr
 
 SEEN = 8  # frames, the latest among them
 RADIUS = 0.3  # [m] of a person
+_PIECE = "\x1f"  # in a track's name, between the person's label and the number of the piece
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,7 +229,7 @@ class Frames:
     """Where everybody was, at whole steps of a recording."""
 
     step: float  # [s]
-    places: Mapping[str, Mapping[int, Array]]  # by person and number of the step: (2,) [m]
+    places: Mapping[str, Mapping[int, Array]]  # by piece of a person's track and number of the step: (2,) [m]
 
     @classmethod
     def of(cls, recording: Recording, frame_rate: float) -> "Frames":
@@ -239,7 +243,8 @@ class Frames:
             whole = np.abs(number - number.round()) < 1e-3
             steps = number[whole].round().astype(int).tolist()
             if steps:
-                places.setdefault(track.label, {}).update(zip(steps, track.rows[whole, 1:], strict=True))
+                piece = f"{track.label}{_PIECE}{len(places)}"
+                places[piece] = dict(zip(steps, track.rows[whole, 1:], strict=True))
         if not places:
             raise InvalidValue("", "nobody at the recording's own steps", "people who walk on [m] from step to step")
         return cls(step, places)
@@ -299,7 +304,9 @@ def measure(source: str, plan: Plan) -> Document:
     """
     if source.endswith(".mcap"):
         log = open_log(source)
-        text = scene.dumps(log.scenario())
+        logged = log.scenario()
+        kept = logged.prediction and replace(logged.prediction, model=WallsModel())  # its horizon and step
+        text = scene.dumps(replace(logged, prediction=kept))
         load = partial(scene.loads, text, file=source)
         trajectory, what = log.trajectory(), f"{source}, of {log.scenario().name}"
     elif not source.endswith(".toml") and os.path.isfile(source):
@@ -326,7 +333,8 @@ def _recording(source: str, plan: Plan) -> Document:
     if plan.frame_rate is None:
         allowed = "what the recording's column of frames counts a second, as 25 for most files of ETH and UCY"
         raise InvalidValue("--frame-rate", None, allowed)
-    frames = Frames.of(recording, plan.frame_rate)
+    with below(file=source):
+        frames = Frames.of(recording, plan.frame_rate)
     of_models = [scene.loads(_NOWHERE, _with_model(plan, model)) for model in plan.models]
     what = f"{source}, every window of 8 frames seen, {frames.step:g} s apart"
     seen = partial(frames.moments, plan.samples)

@@ -41,6 +41,8 @@ def folder(tmp_path_factory):
         ("mjnav run hall --overruns ", {"skip", "abort"}),
         ("mjnav sweep ", {*studies()}),
         ("mjnav report hall.mcap h", {"hall.mcap"}),
+        ("mjnav map save h", {"hall.mcap"}),
+        ("mjnav predict m", {"mine.toml"}),
         ("mjnav schema ", {"run", "study"}),
         ("mjnav keys robot.goal", {"robot.goal", "robot.goal_area", "robot.goal_tolerance"}),
         ("mjnav replay x.mcap --tr", {"--trust", "--traceback"}),

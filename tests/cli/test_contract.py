@@ -167,6 +167,7 @@ avoidable gone.mcap -> gone.mcap: cannot be read: No such file or directory
 avoidable method -> LOG: found 'method'; allowed: a log, a folder of logs, or
 paper --only lanes -> did you mean 'lane'
 paper --seeds 0 -> --seeds: found 0
+import crowd walkers.txt --frame-rate 25 --set physics.enginx=kinematic -> --set needs -o FILE.toml
 import crowd gone.txt --frame-rate 25 -> gone.txt: found nothing; allowed: a recording that can be read (No such file
 import crowd walkers.txt -> --frame-rate: found nothing; allowed: what the column of frames counts a second: 25
 import crowd walkers.txt --people 3 -> --people needs -o FILE.toml

@@ -13,6 +13,7 @@ from mjnav.errors import InputError
 from mjnav.loop.episode import Episode
 from mjnav.loop.replay import TickComparison, replay
 from mjnav.loop.supervision import RunFault
+from mjnav.study.avoidable import Source, judge
 
 OWN = """
 from mjnav.control.methods.mean import Mean
@@ -107,7 +108,12 @@ def test_an_interrupted_run_is_repeated_up_to_there(room, path):
 
 
 def test_ticks_that_the_log_had_to_drop_are_passed_over(logged):
-    found = replay(rewrite(logged, keep=lambda tick: tick not in (3, 4, 9)))
+    holed = rewrite(logged, keep=lambda tick: tick not in (3, 4, 9))
+    with pytest.raises(
+        InputError, match=r"2 of 10 ticks are whole from its start on: how its run ended cannot be judged"
+    ):
+        judge(Source(holed))
+    found = replay(holed)
     assert (found.identical, found.ticks, found.missing) == (True, 7, 3)
 
 

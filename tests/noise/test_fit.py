@@ -9,6 +9,7 @@ import mjnav
 from mjnav.cli.main import main
 from mjnav.errors import InvalidValue
 from mjnav.noise import Mixture, Pearson
+from mjnav.noise.distributions import MAX_SAMPLES
 from mjnav.noise.fit import FEWEST, fits, mixture_fit, pearson_fit
 from mjnav.scene import dumps, loads
 
@@ -57,7 +58,14 @@ def test_a_mixture_is_found_again_with_its_number_of_components():
 
 
 @pytest.mark.parametrize(
-    "errors", [np.ones(100), np.zeros(100), np.linspace(0.0, 1.0, FEWEST - 1), np.linspace(1e6, 1e6 + 1.0, 50)]
+    "errors",
+    [
+        np.ones(100),
+        np.zeros(100),
+        np.r_[1.0, np.zeros(19)],
+        np.linspace(0.0, 1.0, FEWEST - 1),
+        np.linspace(1e6, 1e6 + 1.0, 50),
+    ],
 )
 def test_too_few_errors_equal_ones_and_those_of_another_unit_are_refused(errors):
     with pytest.raises(InvalidValue):
@@ -91,16 +99,27 @@ def test_a_column_of_a_file_is_as_good_as_its_numbers(tmp_path):
         ('{ file = "nan.csv", column = "x" }', "line 2: found 'nan'; allowed: a finite number in column x"),
         ('{ fil = "pose.csv" }', "noise.pose.x.samples.fil: found 'fil'; allowed: column, file"),
         ("{ file = 3 }", "file: found 3; allowed: a string"),
+        ('{ file = "long.csv", column = "x" }', "allowed: CSV (field larger than field limit"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said(tmp_path, given, said):
     write(tmp_path / "pose.csv", ["0,0.1", "1,0.2"])
     write(tmp_path / "bad.csv", ["0,0.1", "1,much"])
     write(tmp_path / "nan.csv", ["0,nan"])
+    write(tmp_path / "long.csv", ["0," + "1" * 200_000])
     with pytest.raises(InvalidValue) as told:
         loads(RUN + f"samples = {given}", folder=tmp_path)
     assert "noise.pose.x.samples" in str(told.value)
     assert said in str(told.value)
+
+
+def test_of_more_errors_than_a_law_takes_quantiles_are_taken(tmp_path):
+    errors = drawn(TWO, MAX_SAMPLES + 500)
+    write(tmp_path / "pose.csv", [f"{k},{x}" for k, x in enumerate(errors)])
+    law = loads(RUN + 'samples = { file = "pose.csv", column = "x" }', folder=tmp_path).noise.channels["pose.x"]
+    assert len(law.samples) == MAX_SAMPLES
+    levels = np.linspace(0.01, 0.99, 99)
+    assert np.quantile(law.samples, levels) == pytest.approx(np.quantile(errors, levels), abs=2e-3)
 
 
 def test_the_text_of_a_log_opens_no_file():

@@ -48,14 +48,41 @@ def test_people_who_are_never_at_a_step_are_left_out_and_somebody_has_to_be_left
         file.write_text("\n".join("\t".join(map(str, row)) for row in sorted(rows)))
         return Frames.of(read_recording(file), 25.0)
 
-    assert set(frames(*at_steps, *between).places) == {"1"}
+    assert len(frames(*at_steps, *between).places) == 1
     with pytest.raises(InvalidValue, match="nobody at the recording's own steps"):
         frames(*((10 * k, 1, 100.0 * k, 0.0) for k in range(4)))  # in pixels: no two rows are one walk
 
 
+def test_a_window_with_a_gap_or_a_jump_in_it_is_left_out(tmp_path):
+    file, plan = tmp_path / "people.txt", Plan(("constant_velocity",), exact=True, frame_rate=25.0)
+
+    def measured(*rows):
+        file.write_text("\n".join("\t".join(map(str, row)) for row in rows))
+        return measure(str(file), plan)["models"]["constant_velocity"]
+
+    whole = [(10 * k, 1, 0.4 * k, 0.0) for k in range(40)]
+    assert measured(*whole)["predictions"] == 40 - 8 - 12 + 1
+    gap = measured(*(row for row in whole if row[0] != 300))  # steps 0 to 29, and 31 to 39
+    jump = measured(*((frame, one, x + 100.0 * (frame >= 300), y) for frame, one, x, y in whole))
+    for found in (gap, jump):
+        assert (found["people"], found["predictions"]) == (1, 30 - 8 - 12 + 1)
+        assert found["by_window"]["ade_m"] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_log_of_a_model_of_ones_own_is_measured_by_others_too(tmp_path):
+    prediction = {"prediction.model": ARCS, "prediction.memory": 0.5, "prediction.horizon": 0.8}
+    mjnav.run(
+        mjnav.load_scenario("crossing1", {"physics.engine": "kinematic", "time_limit": 3.0, **prediction}),
+        log=tmp_path / "a.mcap",
+    )
+    found = measure(str(tmp_path / "a.mcap"), Plan(MODELS))
+    assert (set(found["models"]), found["step_s"] * found["steps"]) == (set(MODELS), pytest.approx(0.8))
+
+
 def test_where_people_were_between_steps_and_beyond_their_rows(recording):
     frames = Frames.of(read_recording(recording), 25.0)
-    found = frames.whereabouts("3", np.array([0.4, 1.0, 2.0, 2.2]))
+    piece = next(piece for piece in frames.places if piece.startswith("3"))
+    found = frames.whereabouts(piece, np.array([0.4, 1.0, 2.0, 2.2]))
     assert found[:3] == pytest.approx(np.array([[0.4, 90.0], [1.0, 90.0], [2.0, 90.0]]))
     assert np.isnan(found[3]).all()
 
