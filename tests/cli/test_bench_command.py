@@ -17,7 +17,7 @@ class Parked:
     def decide(self, observation):
         return Decision(0.0, 0.0, Status.STOPPED)
 """
-QUICK = ("bench", "parked.py:Parked", "--suite", "dsrnn", "--share", "0.02", "--workers", "1")
+QUICK = ("bench", "parked.py:Parked", "--suite", "dsrnn", "--share", "0.015", "--workers", "1")
 
 
 def test_a_method_of_ones_own_is_put_beside_all_others(mjnav, tmp_path):
