@@ -81,9 +81,9 @@ def judge(source: Source) -> Document:
     """What the oracle says of a log. Raises what `open_log` and `Log.trajectory` raise."""
     log = open_log(source.path)
     log.check_ours()
-    scenario, outcome = log.scenario(), (log.result or {}).get("outcome")
-    trajectory, ticks = log.trajectory(), (log.result or {}).get("ticks")
-    if ticks is not None and len(trajectory.decision) < ticks:
+    scenario, trajectory, result = log.scenario(), log.trajectory(), log.result or {}
+    outcome, ticks = result.get("outcome"), result.get("ticks", 0)
+    if len(trajectory.decision) < ticks:
         whole = f"{len(trajectory.decision)} of {ticks} ticks are whole from its start on"
         raise InputError(f"{source.path}: {whole}: how its run ended cannot be judged")
     judgement = judged(trajectory, scenario, outcome=outcome)

@@ -304,11 +304,11 @@ def measure(source: str, plan: Plan) -> Document:
     """
     if source.endswith(".mcap"):
         log = open_log(source)
-        logged = log.scenario()
+        logged, trajectory = log.scenario(), log.trajectory()
         kept = logged.prediction and replace(logged.prediction, model=WallsModel())  # its horizon and step
         text = scene.dumps(replace(logged, prediction=kept))
         load = partial(scene.loads, text, file=source)
-        trajectory, what = log.trajectory(), f"{source}, of {log.scenario().name}"
+        what = f"{source}, of {logged.name}"
     elif not source.endswith(".toml") and os.path.isfile(source):
         return _recording(source, plan)
     else:

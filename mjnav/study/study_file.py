@@ -23,8 +23,8 @@
     search = { count = 24, eta = { low = 0.8, high = 0.99 }, safety_margin = { one_of = [0.0, 0.05] } }
 
 The cells are scenes x settings x grid x methods x their grids or searches; an episode is a cell under a seed. Keys
-that are given more than once: the method's grid or search comes last, before it the method's set, the
-grid, the setting, [set], the scene. A method starts with its own default parameters, as `--controller` does.
+that are given more than once: the method's grid or search comes last, before it the method's set, the grid,
+the setting, [set], the scene. A method starts with its own default parameters, as `--controller` does.
 
 A search draws settings of a method, as many for one method as for another:
 
@@ -321,6 +321,8 @@ def scene_paths(study: StudyFile) -> list[str]:
 
 
 def _check_distinct(key: str, values: Sequence[object]) -> None:
-    for i, value in enumerate(values if len(set(values)) < len(values) else ()):
-        if value in values[:i]:
+    seen = set[object]()
+    for i, value in enumerate(values):
+        if value in seen:
             raise InvalidValue(f"{key}.{i}", value, "every one once")
+        seen.add(value)
