@@ -40,11 +40,14 @@ def succeeded(trajectory: Trajectory, scenario: Scenario, outcome: str | None) -
 def start(scenario: Scenario) -> tuple[str | None, bool]:
     """Of the layout that a run starts from.
 
-    * layout: purpose and seed of the layout that was drawn, such as "reporting 7"
+    * layout: purpose and seed of the layout that was drawn, such as "reporting 7"; "case 7" of a published crowd
     * avoidable_start: whether a robot that knows how all people will walk can avoid contact in the first 3 s, by a
       sampled control. Where it is false, the run is no test of a method
     """
-    return None if scenario.layout is None else scenario.layout.label, is_avoidable(scenario)
+    drawn, published = scenario.layout, scenario.published
+    if drawn is not None:
+        return drawn.label, is_avoidable(scenario)
+    return None if published is None else f"case {published.case}", is_avoidable(scenario)
 
 
 @figures(

@@ -78,6 +78,7 @@ def test_metrics_from_a_log_are_those_in_memory_where_radii_change(tmp_path):
     route, people = result.trajectory.robot_pose[:, None, :2], result.trajectory.people_position
     gaps = np.linalg.norm(people - route, axis=-1) - radius - 0.3
     assert result.summary["min_human_distance_m"] <= np.nanmin(gaps) + 1e-12
+    assert result.summary["layout"] == "case 9"  # two cases are two layouts
     assert result.summary["mean_human_distance_m"] == pytest.approx(np.nanmin(gaps, axis=1).mean(), rel=1e-9)
 
 
