@@ -10,8 +10,8 @@ from typing import Any
 from mjnav import settings
 from mjnav.errors import InvalidValue
 from mjnav.noise.profiles import DISTRIBUTIONS
-from mjnav.scene.people import BEHAVIOURS
-from mjnav.scene.prediction import MODELS
+from mjnav.scene.people import BEHAVIOURS, Person
+from mjnav.scene.prediction import MODELS, Prediction
 from mjnav.settings.plugins import KINDS, Given
 
 
@@ -63,6 +63,7 @@ def apply(document: dict[str, Any], override: Override, defaults: dict[str, Any]
         raise InvalidValue("", override.key, "a dotted key, as in people.0.radius")
     target: Any = document
     default: Any = defaults
+    before: Any = None
     for depth, part in enumerate(parts):
         where = ".".join(parts[: depth + 1])
         if isinstance(target, list):
@@ -75,9 +76,10 @@ def apply(document: dict[str, Any], override: Override, defaults: dict[str, Any]
         else:
             raise InvalidValue(where, target, f"a table or an array in front of .{part}")
         if depth == len(parts) - 1:
+            before = target.get(step) if isinstance(target, dict) else None
             target[step] = _document(override.value)
         target = target[step]
-    _drop_excluded(document, parts)
+    _drop_excluded(document, parts, before)
 
 
 def _document(value: object) -> Any:
@@ -106,22 +108,29 @@ def _value(text: str) -> object:
     return parsed["value"] if len(parsed) == 1 else text  # a line break could have begun another key
 
 
-def _drop_excluded(document: dict[str, Any], parts: list[str]) -> None:
+def _drop_excluded(document: dict[str, Any], parts: list[str], before: object) -> None:
+    """Removes what cannot stand beside the value at `parts`, which was `before`."""
     match parts:
         case ["robot", "goal"]:
             document["robot"].pop("waypoints", None)
         case ["robot", "waypoints"]:
             document["robot"].pop("goal", None)
         case ["people", index, "behaviour"] if isinstance(document["people"], list):
-            _drop_others(document["people"][int(index)], "behaviour", BEHAVIOURS)
+            _drop_others(document["people"][int(index)], "behaviour", before, Person, BEHAVIOURS)
         case ["prediction", "model"]:
-            _drop_others(document["prediction"], "model", MODELS)
+            _drop_others(document["prediction"], "model", before, Prediction, MODELS)
 
 
-def _drop_others(table: dict[str, Any], key: str, variants: Mapping[str, type]) -> None:
-    """Removes the keys that only other variants than the one under `key` have."""
+def _drop_others(table: dict[str, Any], key: str, before: object, cls: type, variants: Mapping[str, type]) -> None:
+    """Removes the keys that only other variants have than the one under `key`, where `before` stood.
+
+    A plug-in has none of the shipped ones' keys. Those of a plug-in that stood there are all that `cls` does not know.
+    """
     keys = {name: set(settings.keys(kind)) for name, kind in variants.items()}
     name = table[key]
-    if isinstance(name, str):  # a plug-in has none of them
-        for other in set().union(*keys.values()) - keys.get(name, set()):
+    if isinstance(name, str):
+        others = set().union(*keys.values())
+        if isinstance(before, str) and before != name and before not in variants:
+            others = set(table) - set(settings.keys(cls))
+        for other in others - keys.get(name, set()):
             table.pop(other, None)

@@ -36,7 +36,6 @@ from mjnav.robot.seen_space import FloorMap
 from mjnav.scene import crowd as crowds
 from mjnav.scene.crowd import Recording, read_recording, tracks_of
 from mjnav.scene.overrides import Override
-from mjnav.scene.prediction import WallsModel
 from mjnav.scene.spec import Scenario
 from mjnav.settings import below
 
@@ -305,9 +304,7 @@ def measure(source: str, plan: Plan) -> Document:
     if source.endswith(".mcap"):
         log = open_log(source)
         logged, trajectory = log.scenario(), log.trajectory()
-        kept = logged.prediction and replace(logged.prediction, model=WallsModel())  # its horizon and step
-        text = scene.dumps(replace(logged, prediction=kept))
-        load = partial(scene.loads, text, file=source)
+        load = partial(scene.loads, scene.dumps(logged), file=source)
         what = f"{source}, of {logged.name}"
     elif not source.endswith(".toml") and os.path.isfile(source):
         return _recording(source, plan)

@@ -63,6 +63,17 @@ def test_another_behaviour_drops_the_keys_that_it_does_not_have():
     assert loads(TEXT, ["people.0.behaviour=stop_and_go"]).people[0].behaviour == StopAndGo((0.0, 0.5))
 
 
+@pytest.mark.parametrize("model", ["constant_velocity", "other.py:Mine"])
+def test_another_model_drops_the_keys_of_one_s_own(model):
+    own = "[prediction]\nmodel = 'mine.py:Mine'\nhorizon = 2.0\ngain = 3.0\n"
+    prediction = loads(TEXT + own, [f"prediction.model={model}"]).prediction
+    assert prediction is not None
+    assert (prediction.name, prediction.horizon) == (model, 2.0)
+    assert "gain" not in str(prediction.model)
+    with pytest.raises(InvalidValue, match="gian"):  # a mistake stays one
+        loads(TEXT + "[prediction]\ngian = 3.0\n", ["prediction.model=constant_velocity"])
+
+
 def test_overrides_come_after_the_controller_and_the_seed():
     scenario = loads(TEXT, ["control.degree=1", "control.rate=10", "seed=4"], controller="mean", seed=3)
     assert scenario.control.parameters == {"degree": 1}
