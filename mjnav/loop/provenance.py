@@ -26,9 +26,11 @@ import numpy as np
 
 from mjnav.compile.compiled import FAST
 from mjnav.printable import printable
+from mjnav.robot.controller import parameters_of
 from mjnav.scene.library import data_folder
 from mjnav.scene.plugged import plugins_of
 from mjnav.scene.spec import Scenario
+from mjnav.settings import tables
 from mjnav.settings.plugins import ControllerPlugin, Given, Plugin, module_of
 
 # ------------------------------------------------------------------------------------- source files
@@ -148,6 +150,7 @@ PACKAGES = ("mjnav", "numpy", "numba", "llvmlite", "scipy", "filterpy", "mujoco"
 OPENBLAS_NAMES = ("scipy_openblas_get_corename64_", "openblas_get_corename64_", "openblas_get_corename")
 LIBM_SWITCHES = "GLIBC_TUNABLES"
 
+PARAMETERS = "parameters"  # of a controller of mjnav's own, defaults included, as JSON
 SOURCES, OWN_SOURCES = "sources.mjnav", "sources.controller"
 # fact -> (how messages call it, what it holds)
 FACTS: Mapping[str, tuple[str, str]] = MappingProxyType(
@@ -308,9 +311,11 @@ def _blas() -> str:
 
 def run_info(scenario: Scenario, seed: int, parts_hash: str) -> dict[str, str]:
     """The metadata `mjnav/run`: seed, scene, controller, git revision, command line, and all that decides the bits."""
+    parameters = parameters_of(scenario)
     return {
         "scene": scenario.name,
         "controller": scenario.control.method,
+        **({} if parameters is None else {PARAMETERS: json.dumps(tables(parameters))}),
         "seed": str(seed),
         "engine": scenario.physics.engine,
         **({} if scenario.prediction is None else {"prediction": scenario.prediction.name}),

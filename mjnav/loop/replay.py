@@ -3,6 +3,7 @@
 The fields of a tick are compared in the order of cause and effect.
 """
 
+import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +12,8 @@ from math import isnan
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mjnav.control.registry import shipped
+from mjnav import settings
+from mjnav.control.registry import Method, shipped
 from mjnav.errors import InputError, UntrustedCode
 from mjnav.log.encode.topics import EVENTS, PLAN, TIMING, topics
 from mjnav.log.log_format import REPLAY
@@ -19,7 +21,7 @@ from mjnav.log.read.log import Log, decoder, open_log
 from mjnav.loop.episode import Episode
 from mjnav.loop.events import ABORTED, GIVEN
 from mjnav.loop.prepare import check_functions, with_estimators
-from mjnav.loop.provenance import FACTS, OWN_SOURCES, changes, run_info
+from mjnav.loop.provenance import FACTS, OWN_SOURCES, PARAMETERS, changes, run_info
 from mjnav.loop.result import Result
 from mjnav.loop.supervision import RunFault
 from mjnav.messages import PHASES, TickRecord, WorldState
@@ -169,7 +171,7 @@ def _comparable(value: Any) -> Any:
 
 
 # What the metadata `mjnav/run` say of the run itself; the rest is about the machine and its programs.
-_OF_THE_RUN = ("scene", "controller", "seed", "engine", "argv")
+_OF_THE_RUN = ("scene", "controller", PARAMETERS, "seed", "engine", "argv")
 # Figures of the result that depend on the clock or on where the log is.
 _OF_THE_CLOCK = ("compute_ms", "real_time_factor", "deadline_misses", "log", "profile")
 
@@ -228,6 +230,8 @@ def replay(
         scenario = replace(scenario, control=replace(scenario.control, method=name_of(controller)))
         with below(file="controller"):
             build_controller(scenario)
+    elif (method := shipped(scenario.control.method)) is not None:
+        scenario = _with_defaults(scenario, log.run.get(PARAMETERS, "{}"), method)
     if not trust:
         _refuse_code(log.path, logged, scenario)
     follower = _Follower(log, scenario, known, renamed=controller is not None)
@@ -400,6 +404,17 @@ def _scenario(log: Log) -> tuple[Scenario, int | None]:
         trace.append(1e-9 * spent)
     latency = replayed(control.latency, control.period, trace)
     return replace(scenario, control=replace(control, latency=latency)), len(trace)
+
+
+def _with_defaults(scenario: Scenario, parameters: str, method: Method) -> Scenario:
+    """The scenario with all `parameters` that its run had, as JSON: the defaults may be others by now."""
+    try:
+        had = dict(json.loads(parameters))
+    except (TypeError, ValueError):
+        raise InputError(f"the log's parameters of its controller are no JSON: {parameters!r}") from None
+    known, control = settings.keys(method.controller_class.parameters_type), scenario.control
+    had = {key: value for key, value in had.items() if key in known}
+    return replace(scenario, control=replace(control, parameters=had | dict(control.parameters)))
 
 
 def _warnings(logged: Mapping[str, str], now: Mapping[str, str]) -> tuple[str, ...]:

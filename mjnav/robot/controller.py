@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mjnav.control import Controller, make_controller
+from mjnav.control.parameters import LoopParameters
 from mjnav.control.registry import shipped, shipped_parameters
 from mjnav.scene.spec import Scenario
 from mjnav.settings import below
@@ -30,11 +31,16 @@ def num_samples(scenario: Scenario) -> int | None:
 
     None for one of a user's own, which may change its parameters when it is made.
     """
+    known = parameters_of(scenario)
+    return None if known is None else known.samples
+
+
+def parameters_of(scenario: Scenario) -> LoopParameters | None:
+    """The parameters of the scenario's controller, said without making it; None for one of a user's own."""
     control = scenario.control
     parameters = {"preferred_speed": scenario.robot.preferred_speed, **control.parameters}
     with below("control", file=scenario.source):
-        known = shipped_parameters(control.method, control.period, **parameters)
-    return None if known is None else known.samples
+        return shipped_parameters(control.method, control.period, **parameters)
 
 
 def plans_in_time(scenario: Scenario) -> bool | None:

@@ -122,6 +122,18 @@ def test_a_class_of_mjnavs_own_is_no_foreign_code(room, path):
     assert replay(path).identical
 
 
+def test_defaults_are_those_that_the_run_had(room, path):
+    place = "mjnav.control.methods.rkhs:Rkhs"  # which has other defaults than "rkhs"
+    Episode(room(controller=place), log=path).run()
+
+    def named(name, data):
+        return data.replace(place.encode(), b"rkhs") if name == "scenario.toml" else data
+
+    log = rewrite(path, attachment=named)
+    assert [(one.field, one.again) for one in replay(log).differences] == [("controller", "rkhs")]
+    assert replay(log, controller="rkhs").differences[0].part == "decision"
+
+
 def test_a_controller_of_ones_own_from_the_working_folder(room, path, tmp_path, monkeypatch):
     (tmp_path / "own_for_replay.py").write_text(OWN)
     monkeypatch.syspath_prepend(tmp_path)
