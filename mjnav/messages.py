@@ -332,16 +332,17 @@ class Decision(ShortRepr):
     omega: float
     status: Status
     costs: CandidateCosts | None = None
-    # Both set by the loop: (v, omega) that the controller chose, where the command is another one; and what the robot
-    # does not know enough of, where that is the reason and not its limits.
+    # Set by the loop: (v, omega) that the controller chose, where the command is another one; what the robot does not
+    # know enough of, or the recovery under way on its planned way, where that is the reason and not its limits.
     wish: tuple[float, float] | None = None
     caution: str = ""
     plan: PlanShown | None = None
+    recovery: str = ""
 
     @property
     def clipped(self) -> bool:
         """Whether the choice was beyond the robot's limits, and nothing else changed it."""
-        return self.wish is not None and not self.caution
+        return self.wish is not None and not (self.caution or self.recovery)
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -172,8 +172,8 @@ def _comparable(value: Any) -> Any:
 
 # What the metadata `mjnav/run` say of the run itself; the rest is about the machine and its programs.
 _OF_THE_RUN = ("scene", "controller", PARAMETERS, "seed", "engine", "argv")
-# Figures of the result that depend on the clock or on where the log is.
-_OF_THE_CLOCK = ("compute_ms", "real_time_factor", "deadline_misses", "log", "profile")
+# Figures of the result that depend on the clock, on where the log is, or on what was asked for beside the run.
+_OF_THE_CLOCK = ("compute_ms", "real_time_factor", "deadline_misses", "log", "profile", "detour")
 
 
 @dataclass(frozen=True, slots=True)

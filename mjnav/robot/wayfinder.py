@@ -180,7 +180,8 @@ class Wayfinder:
         elif how == "back off":
             v = max(self._limits.min_speed, -BACK)
         status = Status.STOPPED if v == omega == 0.0 else decision.status
-        return replace(decision, v=v, omega=omega, status=status, wish=(decision.v, decision.omega))
+        wish = decision.wish or (decision.v, decision.omega)
+        return replace(decision, v=v, omega=omega, status=status, wish=wish, recovery=how)
 
     def take_events(self) -> tuple[Event, ...]:
         """What was planned again, and recoveries, since the last call."""

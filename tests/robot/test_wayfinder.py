@@ -156,6 +156,32 @@ def test_a_run_with_a_way_replays_to_the_last_bit(tmp_path):
     assert mjnav.replay(log).identical
 
 
+IN_THE_WAY = """
+schema = 1
+name = "stuck"
+time_limit = 4.0
+robot = { start = [0.0, 0.0, 0.0], goal = [4.0, 0.0] }
+walls = [{ from = [-1.0, 0.6], to = [5.0, 0.6] }, { from = [-1.0, -0.6], to = [5.0, -0.6] }]
+route = { patience = 1.0 }
+physics = { engine = "kinematic" }
+[[people]]
+start = [1.2, 0.0]
+behaviour = "constant_velocity"
+velocity = [0.0, 0.0]
+"""
+
+
+def test_a_recovery_is_no_command_beyond_the_limits(tmp_path):
+    log = tmp_path / "stuck.mcap"
+    result = mjnav.run(loads(IN_THE_WAY), log=log, detour=True)
+    opened = mjnav.open_log(log)
+    decisions = [message.value for message in opened.messages("/decision")]
+    assert 5 < sum("recovery" in decision and "wish" in decision for decision in decisions) < len(decisions)
+    assert result.summary["clipped_ticks"] == opened.trajectory().clipped_ticks == 0
+    assert "clipped" not in {message.value.name for message in opened.messages("/events")}
+    assert mjnav.replay(log).identical  # which is not asked for the detour
+
+
 def test_a_clearance_below_zero_is_refused():
     with pytest.raises(InvalidValue, match="a number from 0 to 5 m"):
         Route(clearance=-1.0)

@@ -126,9 +126,9 @@ class DecisionMessage(Struct):
     nominal: Twist | None
     cost: Cost | None
     wish: Twist | UnsetType = UNSET  # the control chosen, where the command is another one
-    caution: str | UnsetType = (
-        UNSET  # why the robot drives more slowly than chosen; else the wish was beyond its limits
-    )
+    # Why the robot drives more slowly than chosen, or its recovery; else the wish was beyond its limits.
+    caution: str | UnsetType = UNSET
+    recovery: str | UnsetType = UNSET
 
 
 class PersonState(Struct):
@@ -296,11 +296,10 @@ def encode_decision(tick: int, decision: Decision) -> bytes:
         if (i := chosen_candidate(decision)) is not None:
             cost = Cost(costs.goal[i], costs.cone[i], costs.lane[i], costs.total[i])
     wish = UNSET if decision.wish is None else Twist(*decision.wish)
+    reasons = decision.caution or UNSET, decision.recovery or UNSET
     status = decision.status
     return _encode(
-        DecisionMessage(
-            tick, decision.v, decision.omega, str(status), status.advice, nominal, cost, wish, decision.caution or UNSET
-        )
+        DecisionMessage(tick, decision.v, decision.omega, str(status), status.advice, nominal, cost, wish, *reasons)
     )
 
 

@@ -219,6 +219,6 @@ def _states(found: Mapping[str, Any]) -> dict[str, Any]:
         "decision": decode_twist(decision),
         "nominal": decode_twist(decision["nominal"]),
         "status": intern(decision["status"]),
-        "clipped": decision.get("wish") is not None and not decision.get("caution"),
+        "clipped": decision.get("wish") is not None and not (decision.get("caution") or decision.get("recovery")),
         "cautious": bool(decision.get("caution")),
     }
