@@ -2,6 +2,7 @@
 
 import argparse
 import re
+import sys
 
 from mjnav.cli import options
 from mjnav.cli.terminal import stoppable
@@ -37,13 +38,16 @@ def execute(arguments: argparse.Namespace) -> int:
     if not is_film:
         pixels, time = picture(log, arguments.at, size=size)
         save_picture(pixels, output)
-        print(f"{output}: {time:.1f} s")
+        print(f"{output}: {time:g} s")
         return 0
     fps = FPS if arguments.fps is None else arguments.fps
     times = film_times(log, fps, 1.0 if arguments.speed is None else arguments.speed)
     with stoppable(output.name, len(times), "frames") as step:
         film(log, output, times, fps, size, step)
     print(f"{output}: {len(times)} frames, {len(times) / fps:.1f} s, {1e-3 * output.stat().st_size:.0f} kB")
+    end, (run, _) = log.trajectory().time[-1], log.whole_ticks()
+    if run is not None and run.trajectory.time[-1] > end:
+        print(f"mjnav: {arguments.log} lacks ticks after {end:g} s, where the film ends", file=sys.stderr)
     return 0
 
 

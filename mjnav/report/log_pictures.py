@@ -6,6 +6,7 @@ A film shows the run's states at and between ticks, in a file that browsers play
 import os
 from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
+from math import ceil
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
@@ -104,17 +105,17 @@ COLOURS = 64  # of a GIF
 def write_gif(path: str | PathLike[str], frames: Iterable[NDArray[np.uint8]], fps: int) -> int:
     """Writes frames (height, width, 3) as a GIF that repeats; returns how many there were.
 
-    Its colours are those of the first frame. Raises OSError for what the disk refuses.
+    Its colours are those of some frames, from the first to the last. Raises OSError for what the disk refuses.
     """
     from PIL import Image
 
-    first, *rest = (Image.fromarray(pixels) for pixels in frames)
-    palette = first.quantize(COLOURS, dither=Image.Dither.NONE)
-    others = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in rest]
-    num = 1 + len(others)
-    hundredths = np.diff(np.round(100.0 / fps * np.arange(num + 1))).astype(int)  # as whole ones as a GIF has
-    palette.save(path, save_all=True, append_images=others, duration=(10 * hundredths).tolist(), loop=0, optimize=True)
-    return num
+    every = [*frames]
+    some = Image.fromarray(np.concatenate(every[:: ceil(len(every) / 8)]))
+    palette = some.quantize(COLOURS, Image.Quantize.FASTOCTREE)  # which keeps those of small things
+    first, *rest = (Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE) for pixels in every)
+    hundredths = np.diff(np.round(100.0 / fps * np.arange(len(every) + 1))).astype(int)  # as whole ones as a GIF has
+    first.save(path, save_all=True, append_images=rest, duration=(10 * hundredths).tolist(), loop=0, optimize=True)
+    return len(every)
 
 
 # --------------------------------------------------------------------------------------------- render
@@ -187,7 +188,8 @@ def picture(log: Log, at: float | None, *, size: tuple[int, int] | None) -> tupl
     from mjnav.world.render import render as draw
 
     size = _checked_size(size or PICTURE_SIZE, even=False)
-    trajectory = log.trajectory()
+    run, _ = log.whole_ticks()  # also behind a gap
+    trajectory = log.trajectory() if run is None else run.trajectory
     last = len(trajectory.time) - 1
     if at is not None and not 0.0 <= number("at", at, "s") <= trajectory.time[last]:
         raise InvalidValue("at", at, f"a time from 0 to {trajectory.time[last]:g} s")

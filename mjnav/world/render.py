@@ -148,7 +148,7 @@ class Stage:
 
 
 _MAX_GEOMS = 20_000
-LEGEND_HEIGHT = 400  # [pixels] of a picture, below which a legend would hide too much
+LEGEND_SIDE = 400  # [pixels] of a picture, below which a legend would hide too much or be cut off
 # what may be drawn -> its colour, and what it is
 _LEGEND = (
     ("ways", "pale yellow", "people's ways around things"),
@@ -208,7 +208,7 @@ class Renderer:
         and to go, pale for those of whom nothing is seen, `coasts` (P,); `text` stands in the corner. `scan` (n, 2) are
         points at the lidar's height, and `detections` (n, 3) discs x, y, radius on the floor. `plan` (T, 2) is where
         the robot is to go, red unless `feasible`, with the robot at its end, and `fan` (F, T, 2) what else it weighed,
-        cheapest first. A `legend` says what lines are, where the picture is LEGEND_HEIGHT high.
+        cheapest first. A `legend` says what lines are, where the picture is LEGEND_SIDE wide and high.
         """
         scene, rectangle, drawing = self._scene, self._rectangle, self._drawing
         self._stage.place(state)
@@ -237,7 +237,7 @@ class Renderer:
             if text is not None:
                 font, corner = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos.mjGRID_TOPLEFT
                 mujoco.mjr_overlay(font, corner, rectangle, text, "", drawing)
-            if legend and rectangle.height >= LEGEND_HEIGHT:
+            if legend and min(rectangle.width, rectangle.height) >= LEGEND_SIDE:
                 given = {"ways": len(ways) or None, "trail": trail, "plan": plan, "fan": fan, "tracks": tracks,
                          "detections": detections, "scan": scan}  # fmt: skip
                 rows = [row[1:] for row in _LEGEND if _is_drawn(given[row[0]])]

@@ -13,6 +13,7 @@ from PIL import Image
 from mjnav import load_scenario, run
 from mjnav.errors import InputError
 from mjnav.world.render import open_context
+from tests.loop.test_replay import rewrite
 
 SMALL = ("--size", "160x90")
 DURATION = 1.0  # [s] of the run
@@ -61,6 +62,15 @@ def test_a_picture_has_its_size_and_moment(mjnav, log, tmp_path):
     with Image.open(tmp_path / "a.png") as picture:
         assert picture.size == (160, 90)
         assert len(picture.getcolors(160 * 90)) > 100
+
+
+def test_a_picture_is_of_a_tick_behind_a_gap_and_a_film_says_that_it_ends_there(mjnav, log, tmp_path):
+    holed = rewrite(log, keep=lambda tick: tick not in (4, 5))
+    said = mjnav("render", holed, "-o", "a.png", "--at", 0.8, *SMALL)
+    assert (said.code, said.out) == (0, "a.png: 0.8 s\n")
+    said = mjnav("render", holed, "-o", "a.gif", "--fps", 10, *SMALL)
+    assert (said.code, said.out[:17]) == (0, "a.gif: 4 frames, ")
+    assert said.err == f"mjnav: {holed} lacks ticks after 0.3 s, where the film ends\n"
 
 
 def test_on_a_terminal_it_shows_how_far_it_is_and_interrupted_leaves_what_was_there(start, log, tmp_path):

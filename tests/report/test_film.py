@@ -83,6 +83,16 @@ def test_a_gif_repeats_its_frames_in_order(tmp_path):
     assert shown == pytest.approx([20.0 * k for k in range(12)], abs=10.0)
 
 
+def test_what_comes_into_a_gif_later_has_its_colour(tmp_path):
+    frames = [np.full((48, 64, 3), 180, np.uint8) for _ in range(20)]
+    for k in range(10, 20):
+        frames[k][20:22, k : k + 20] = (150, 30, 220)  # a thin line in violet
+    write_gif(tmp_path / "a.gif", iter(frames), fps=8)
+    with Image.open(tmp_path / "a.gif") as film:
+        film.seek(film.n_frames - 5)
+        assert np.asarray(film.convert("RGB"))[20, 25] == pytest.approx((150, 30, 220), abs=12)
+
+
 @pytest.mark.parametrize("fps", [8, 12, 30, 50])
 def test_a_gif_lasts_as_long_as_its_frames(tmp_path, fps):
     """Its delays are hundredths of a second."""
