@@ -24,7 +24,7 @@ import numpy as np
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.definitions import HIGHER, INTEGER, LOWER, Definition, figures
-from mjnav.metrics.progress import by_blocks, stretches
+from mjnav.metrics.progress import by_blocks, jumps, stretches
 from mjnav.scene.spec import Scenario
 
 # --------------------------------------------------------------------------- errors and consistency
@@ -368,11 +368,9 @@ def _recovery(time: np.ndarray, knows: np.ndarray, first: int, end: int) -> floa
 
 def _first_tick(trajectory: Trajectory, scenario: Scenario, due: float) -> int | None:
     """The first tick after a jump that was due at a time [s]; None where the run was over before."""
-    time, place = trajectory.time, trajectory.robot_pose[:, :2]
+    time = trajectory.time
     first = int(np.searchsorted(time, due - 1e-9))
     if first >= len(time):
         return None
-    step = np.hypot(*np.diff(place[max(first - 1, 0) :], axis=0).T)
-    reach = 2.0 * scenario.robot.max_speed * scenario.control.period
-    jumps = np.flatnonzero(step > reach)
-    return first if not len(jumps) or first == 0 else first + int(jumps[0])
+    seen = np.flatnonzero(jumps(trajectory, scenario)[max(first - 1, 0) :])
+    return first if not len(seen) or first == 0 else first + int(seen[0])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mjnav.geometry.angles import wrap
 from mjnav.messages import TRACK_WIDTH, Array, Trajectory
 from mjnav.metrics.definitions import HUNAVSIM, LOWER, TABLE_1, Definition, figures
-from mjnav.metrics.progress import targets
+from mjnav.metrics.progress import jumps, targets
 from mjnav.motion.unicycle import integrate
 from mjnav.scene.spec import Scenario
 
@@ -169,14 +169,14 @@ def time_not_moving(trajectory: Trajectory) -> float:
     Definition("heading_change_rad", better=LOWER, words="cumulative heading change",
                equation=r"\sum_k \lvert \theta_{k+1} - \theta_k\rvert", source="Perez-Higueras et al. (2018)"),
 )  # fmt: skip
-def heading_change(trajectory: Trajectory) -> float:
+def heading_change(trajectory: Trajectory, scenario: Scenario) -> float:
     """sum_k |theta_{k+1} - theta_k|, each difference in (-pi, pi] [rad].
 
     Source: Perez-Higueras, Caballero & Merino, Int. J. of Social Robotics 10 (2018) 235.
 
-    * heading_change_rad: sum of the changes of the heading from tick to tick, each without its sign
+    * heading_change_rad: sum of the changes of the heading from tick to tick without signs, but for kidnappings
     """
-    return float(np.abs(wrap(np.diff(trajectory.robot_pose[:, 2]))).sum())
+    return float(np.abs(wrap(np.diff(trajectory.robot_pose[:, 2])))[~jumps(trajectory, scenario)].sum())
 
 
 def _time(trajectory: Trajectory, there: NDArray[np.bool_]) -> float:

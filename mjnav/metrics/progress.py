@@ -123,16 +123,24 @@ def length(corners: Array) -> float:
     return float(np.hypot(*np.diff(corners, axis=0).T).sum())
 
 
+def jumps(trajectory: Trajectory, scenario: Scenario) -> NDArray[np.bool_]:
+    """By which steps from tick to tick, (T,), a kidnapping put the robot farther than it can drive."""
+    step = np.hypot(*np.diff(trajectory.robot_pose[:, :2], axis=0).T)
+    taken = scenario.faults is not None and bool(scenario.faults.kidnappings)
+    return step > (2.0 * scenario.robot.max_speed * scenario.control.period if taken else np.inf)
+
+
 @figures(
     "path",
     Definition("path_length_m", better=LOWER, equation=r"\sum_k \lvert p_{k+1} - p_k\rvert", source=TABLE_1),
 )  # fmt: skip
-def path_length(trajectory: Trajectory) -> float:
+def path_length(trajectory: Trajectory, scenario: Scenario) -> float:
     """The way that the robot's centre went [m].
 
-    * path_length_m: length of the driven path
+    * path_length_m: length of the driven path, without kidnappings
     """
-    return length(trajectory.robot_pose[:, :2])
+    step = np.hypot(*np.diff(trajectory.robot_pose[:, :2], axis=0).T)
+    return float(step[~jumps(trajectory, scenario)].sum())
 
 
 @figures("path", Definition("straight_line_m"))
@@ -154,7 +162,7 @@ def path_ratio(trajectory: Trajectory, scenario: Scenario) -> float | None:
     * path_ratio: path_length_m / straight_line_m
     """
     straight = length(way(scenario))
-    return path_length(trajectory) / straight if straight > 0.0 else None
+    return path_length(trajectory, scenario) / straight if straight > 0.0 else None
 
 
 def lateral_distance(points: Array, corners: Array) -> Array:
@@ -256,4 +264,4 @@ def spl(trajectory: Trajectory, scenario: Scenario, *, success: bool) -> float |
     straight = length(way(scenario))
     if straight == 0.0:
         return None
-    return straight / max(straight, path_length(trajectory)) if success else 0.0
+    return straight / max(straight, path_length(trajectory, scenario)) if success else 0.0

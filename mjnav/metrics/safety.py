@@ -22,7 +22,7 @@ from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Array, Contact, Trajectory
 from mjnav.metrics.definitions import HIGHER, INTEGER, LOWER, NOBODY, STRING, TABLE_1, Definition, figures
 from mjnav.metrics.effort import STALLED_SPEED
-from mjnav.metrics.progress import ROWS
+from mjnav.metrics.progress import ROWS, jumps
 from mjnav.scene.people import REGULAR
 from mjnav.scene.spec import Scenario, Wall
 
@@ -85,10 +85,13 @@ def _least(steps: Sequence[Array]) -> float | None:
 def _parts(trajectory: Trajectory) -> Iterator[Trajectory]:
     """The trajectory with ROWS steps of its poses at a time: each part begins with the last state of the one before."""
     for start in range(0, max(len(trajectory.robot_pose) - 1, 1), ROWS):
-        rows = slice(start, start + ROWS + 1)
-        pose, people, radius = trajectory.robot_pose[rows], trajectory.people_position[rows], trajectory.people_radius
-        radius = None if radius is None else radius[rows]
-        yield replace(trajectory, robot_pose=pose, people_position=people, people_radius=radius)
+        yield _states(trajectory, slice(start, start + ROWS + 1))
+
+
+def _states(trajectory: Trajectory, rows: slice | list[int]) -> Trajectory:
+    pose, people, radius = trajectory.robot_pose[rows], trajectory.people_position[rows], trajectory.people_radius
+    radius = None if radius is None else radius[rows]
+    return replace(trajectory, robot_pose=pose, people_position=people, people_radius=radius)
 
 
 def clearance(trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:
@@ -96,7 +99,7 @@ def clearance(trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:
 
     Robot and people are taken to move straight from tick to tick, so nothing is missed between two. Table tops, above
     the robot, do not count. NaN for a person in steps in which they are not there; of a step in which they come or go,
-    the end at which they are there counts.
+    the end at which they are there counts. Of a step by which a kidnapping put the robot elsewhere both ends count.
     """
     (x, y, heading), discs = trajectory.robot_pose.T, scenario.robot.limits.discs
     axis = np.stack([np.cos(heading), np.sin(heading)], axis=1)
@@ -104,7 +107,12 @@ def clearance(trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:
     of_discs = [
         {name: gap - radius for name, gap in _gaps(route, trajectory, scenario).items()} for route, radius in routes
     ]
-    return {name: np.min([found[name] for found in of_discs], axis=0) for name in of_discs[0]}
+    found = {name: np.min([found[name] for found in of_discs], axis=0) for name in of_discs[0]}
+    for k in np.flatnonzero(jumps(trajectory, scenario)).tolist():
+        before, after = (clearance(_states(trajectory, [end, end]), scenario) for end in (k, k + 1))
+        for name in found:
+            found[name][k] = np.fmin(before[name], after[name])[0]
+    return found
 
 
 def _gaps(route: Array, trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:

@@ -50,19 +50,25 @@ def read_column(path: str | os.PathLike[str], column: str | None) -> tuple[str, 
     if column not in head:
         error = unknown_name("column", column, head)
         raise error.within(file=name)
+    if head.count(column) > 1 or _is_number(column):
+        raise InvalidValue("line 1", column, "the column's name, which no other has and which is no number", file=name)
     place, values = head.index(column), []
     for number, row in enumerate(rows, start=2):
         cell = row[place].strip() if place < len(row) else ""
         if not row or not cell:
             continue
-        try:
-            value = float(cell)
-        except ValueError:
-            value = float("nan")
-        if not isfinite(value):
+        if not _is_number(cell) or not isfinite(float(cell)):
             raise InvalidValue(f"line {number}", cell, f"a finite number in column {column}", file=name)
-        values.append(value)
+        values.append(float(cell))
     return column, values
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def put_samples(document: dict[str, Any], folder: Path | None) -> None:

@@ -126,6 +126,6 @@ def test_stalled_is_slow_and_not_moving_is_slower_and_does_not_turn(trajectory_t
     assert effort.time_not_moving(trajectory) == pytest.approx(0.2)
 
 
-def test_headings_change_by_the_shorter_way_in_both_directions(trajectory_through):
+def test_headings_change_by_the_shorter_way_in_both_directions(trajectory_through, scenario_with):
     trajectory = driven(trajectory_through, np.zeros(4), heading=[3.0, -3.0, 3.0, 2.5])
-    assert effort.heading_change(trajectory) == pytest.approx(2 * (2 * np.pi - 6.0) + 0.5)
+    assert effort.heading_change(trajectory, scenario_with()) == pytest.approx(2 * (2 * np.pi - 6.0) + 0.5)

@@ -10,7 +10,9 @@ from hypothesis.extra.numpy import arrays
 from mjnav import load_scenario
 from mjnav.messages import Contact
 from mjnav.metrics import safety
-from mjnav.metrics.progress import ROWS
+from mjnav.metrics.effort import heading_change
+from mjnav.metrics.progress import ROWS, path_length
+from mjnav.scene.faults import Faults, Kidnapping
 from mjnav.scene.people import SocialForce
 from mjnav.scene.spec import ConstantVelocity, LaneSpec, Person, Pillar, Table, Wall
 from tests.metrics.conftest import make_scenario, make_trajectory
@@ -41,6 +43,18 @@ def test_people_and_things_are_told_apart_and_who_is_not_there_is_at_no_distance
         trajectory_through([[0, 0], [1, 0]], people=[[nobody], [nobody]]), scenario_with(num_people=1)
     )
     assert alone == safety.Clearances(None, None, None, None)
+
+
+def test_a_kidnapped_robot_did_not_drive_there(trajectory_through, scenario_with):
+    jump = trajectory_through([[0, 0], [0.1, 0], [5.1, 0], [5.1, 0.1]], people=np.full((4, 1, 2), [2.0, 0.0]))
+    jump.robot_pose[2:, 2] = 1.0
+    things = {"num_people": 1, "pillars": (Pillar((4.0, 0.0), radius=0.4),)}
+    scenario = scenario_with(faults=Faults(Kidnapping(0.1, (5.1, 0.0, 1.0))), **things)
+    found = safety.clearances(jump, scenario)
+    assert (found.least_person, found.least_thing) == pytest.approx((1.9 - 0.3 - 0.25, 1.1 - 0.4 - 0.25))
+    assert safety.clearances(jump, scenario_with(**things)).least < 0.0
+    assert path_length(jump, scenario) == pytest.approx(0.2)
+    assert heading_change(jump, scenario) == 0.0
 
 
 def test_of_a_step_in_which_somebody_comes_or_goes_the_end_counts_at_which_they_are_there(

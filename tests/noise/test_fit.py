@@ -100,6 +100,8 @@ def test_a_column_of_a_file_is_as_good_as_its_numbers(tmp_path):
         ('{ fil = "pose.csv" }', "noise.pose.x.samples.fil: found 'fil'; allowed: column, file"),
         ("{ file = 3 }", "file: found 3; allowed: a string"),
         ('{ file = "long.csv", column = "x" }', "allowed: CSV (field larger than field limit"),
+        ('{ file = "bare.csv" }', "line 1: found '0.36'; allowed: the column's name"),
+        ('{ file = "twice.csv", column = "x" }', "line 1: found 'x'; allowed: the column's name, which no other has"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said(tmp_path, given, said):
@@ -107,6 +109,8 @@ def test_what_is_wrong_with_a_file_is_said(tmp_path, given, said):
     write(tmp_path / "bad.csv", ["0,0.1", "1,much"])
     write(tmp_path / "nan.csv", ["0,nan"])
     write(tmp_path / "long.csv", ["0," + "1" * 200_000])
+    write(tmp_path / "bare.csv", ["0.1", "0.2"], head="0.36")
+    write(tmp_path / "twice.csv", ["0,0.1", "1,0.2"], head="x,x")
     with pytest.raises(InvalidValue) as told:
         loads(RUN + f"samples = {given}", folder=tmp_path)
     assert "noise.pose.x.samples" in str(told.value)
@@ -125,6 +129,11 @@ def test_of_more_errors_than_a_law_takes_quantiles_are_taken(tmp_path):
 def test_the_text_of_a_log_opens_no_file():
     with pytest.raises(InvalidValue, match="only a run file may name another file"):
         loads(RUN + 'samples = { file = "pose.csv", column = "x" }')
+
+
+def test_weights_are_taken_with_the_digits_that_the_command_prints():
+    rounded = Mixture(weights=(0.412982, 0.361616, 0.225401), means=(0.0, 1.0, 2.0), stds=(1.0, 1.0, 1.0))
+    assert rounded.mean == pytest.approx((0.361616 + 2.0 * 0.225401) / 0.999999, abs=1e-15)
 
 
 def test_the_command_prints_a_table_that_a_run_file_takes(tmp_path, capsys):
