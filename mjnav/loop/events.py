@@ -5,6 +5,7 @@ goal to be is told apart: it is `believed` where the goal lies within what the b
 """
 
 from collections.abc import Iterator, Sequence
+from math import dist, inf
 
 import numpy as np
 
@@ -89,9 +90,9 @@ def _overlaps(scenario: Scenario) -> tuple[Event, ...]:
 class Events:
     """The events of one run, tick by tick. A status that lasts is told once, and so are commands beyond the limits."""
 
-    def __init__(self, sees: Sequence[bool] = ()):
-        """`sees` says of each person whether they see the robot."""
-        self._sees = tuple(sees)
+    def __init__(self, sees: Sequence[bool] = (), farthest: float = inf):
+        """`sees` says of each person whether they see the robot, whom a step of more than `farthest` [m] kidnapped."""
+        self._sees, self._farthest = tuple(sees), farthest
         self._before: WorldState | None = None  # the truth of the tick before
         self._waiting: tuple[Event, ...] = ()
         self._status = Status.OK
@@ -155,9 +156,12 @@ class Events:
                     yield Event("warning", "depletion", text)
 
     def _comings(self, truth: WorldState) -> Iterator[Event]:
-        """Who has entered and who has left since the tick before."""
+        """Who has entered, who has left and where the robot was put since the tick before."""
         there = ~np.isnan(truth.people_position[:, 0])
         if self._before is not None:
+            x, y, _ = truth.robot_pose.tolist()
+            if dist((x, y), self._before.robot_pose[:2].tolist()) > self._farthest:
+                yield Event("warning", "kidnap", f"the robot was put elsewhere: to {x:.2f}, {y:.2f} m")
             before = ~np.isnan(self._before.people_position[:, 0])
             for i in np.flatnonzero(there != before).tolist():
                 yield Event("info", "people", f"person{i} {'enters' if there[i] else 'leaves'}")

@@ -26,6 +26,7 @@ from mjnav.loop.supervision import fault_events
 from mjnav.loop.tick import Tick
 from mjnav.messages import Array, Beliefs, Decision, Event, Observation, Reading, TickRecord, Trajectory, WorldState
 from mjnav.metrics.own import OwnMetrics
+from mjnav.metrics.progress import farthest_step
 from mjnav.metrics.safety import sees_robot
 from mjnav.metrics.social import detour
 from mjnav.metrics.summary import summarise
@@ -173,7 +174,7 @@ class Simulation:
             self._recorder = Recorder(path, scenario, info, xml, threaded=attached.threaded, live=attached.live)
         self._record = RunRecord(
             self._robot, self._recorder, watch=attached.watch, cones=attached.cones or self._recorder is not None,
-            events=Events(sees_robot(scenario)),
+            events=Events(sees_robot(scenario), farthest_step(scenario)),
         )  # fmt: skip
         self._record.note(*warnings_of(scenario))
         self._tick: Tick | None = None  # the present one; None until it is asked for

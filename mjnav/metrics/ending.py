@@ -52,7 +52,7 @@ def start(scenario: Scenario) -> tuple[str | None, bool]:
 
 @figures(
     "ending",
-    Definition("time_s", better=LOWER, words="time to the goal", equation="t_T - t_0", source=TABLE_1),
+    Definition("time_s", better=LOWER, words="simulated time", equation="t_T - t_0", source=TABLE_1),
     Definition("ticks", type=INTEGER),
 )  # fmt: skip
 def duration(trajectory: Trajectory) -> tuple[float, int]:

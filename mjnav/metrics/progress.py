@@ -123,11 +123,15 @@ def length(corners: Array) -> float:
     return float(np.hypot(*np.diff(corners, axis=0).T).sum())
 
 
+def farthest_step(scenario: Scenario) -> float:
+    """[m] from tick to tick, beyond which a kidnapping put the robot elsewhere; infinite without any."""
+    taken = scenario.faults is not None and scenario.faults.kidnappings
+    return 2.0 * scenario.robot.max_speed * scenario.control.period if taken else np.inf
+
+
 def jumps(trajectory: Trajectory, scenario: Scenario) -> NDArray[np.bool_]:
-    """By which steps from tick to tick, (T,), a kidnapping put the robot farther than it can drive."""
-    step = np.hypot(*np.diff(trajectory.robot_pose[:, :2], axis=0).T)
-    taken = scenario.faults is not None and bool(scenario.faults.kidnappings)
-    return step > (2.0 * scenario.robot.max_speed * scenario.control.period if taken else np.inf)
+    """By which steps from tick to tick, (T,), a kidnapping put the robot elsewhere."""
+    return np.hypot(*np.diff(trajectory.robot_pose[:, :2], axis=0).T) > farthest_step(scenario)
 
 
 @figures(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import mjnav
 from mjnav.loop.events import Events, Referee
 from mjnav.messages import Beliefs, Contact, Decision, RobotBelief, Status, Track, WorldState
 
@@ -77,6 +78,13 @@ def test_a_contact_with_a_person_says_whose_fault_it_was():
         events.of_tick(at(v), None, decided())
         (event,) = events.of_tick(touched, None, decided())
         assert event.text.endswith(text)
+
+
+def test_it_is_told_where_the_robot_was_put(tmp_path):
+    overrides = {"faults.kidnap": {"time": 0.5, "pose": (2.0, -1.0, 0.0)}, "time_limit": 1.0}
+    mjnav.run(mjnav.load_scenario("crossing1", overrides), log=tmp_path / "a.mcap")
+    told = [m.value for m in mjnav.open_log(tmp_path / "a.mcap").messages("/events") if m.value.name == "kidnap"]
+    assert [one.message[:35] for one in told] == ["the robot was put elsewhere: to 2.0"]
 
 
 def test_a_depleted_belief_is_told_once_for_as_long_as_it_lasts():
