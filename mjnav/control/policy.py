@@ -13,7 +13,8 @@ mean heading, y to the left; the goal frame has the same origin and x towards th
                              ground vx, vy in the robot's frame; radius; clearance; std and correlation of the position,
                              std and correlation of the velocity. Rows without a person are 0
     scan    (beams,)         least range of each sector; sector i begins at heading - pi + 2 pi i / beams. A sector
-                             without a beam, or of which nothing returned, has the greatest distance
+                             without a beam, or of which nothing returned, has the greatest distance;
+                             all have it while no scan has arrived
     grid    (cells, cells)   probability that a cell is occupied, in the robot's frame with the robot in the middle; the
                              first index grows ahead, the second to the left. A person counts by the share of samples
                              that cover the cell, walls, legs and pillars by 1; all are wider by half a cell
@@ -200,9 +201,9 @@ def _scan_bounds(features: Features, limits: RobotLimits) -> Bounds:
 
 
 def _scan(features: Features, limits: RobotLimits, observation: Observation, frame: Frame) -> Array:
-    scan = observation.scan
+    least, scan = np.full(features.beams, features.sight), observation.scan
     if scan is None:
-        raise ValueError("the observation has no scan")
+        return least
     angles, ranges = scan.angles + scan.mount[2], scan.ranges
     if scan.mount[:2].any():  # seen from the robot's centre
         x, y = scan.mount[:2, None] + np.where(np.isfinite(ranges), ranges, 0.0) * [np.cos(angles), np.sin(angles)]
@@ -210,7 +211,6 @@ def _scan(features: Features, limits: RobotLimits, observation: Observation, fra
         angles, ranges = np.where(met, np.arctan2(y, x), angles), np.where(met, np.hypot(x, y), np.inf)
     turn = (angles + np.pi) / (2.0 * np.pi)
     sector = np.floor(turn * features.beams + 1e-9).astype(int) % features.beams
-    least = np.full(features.beams, features.sight)
     np.minimum.at(least, sector, ranges)
     return least
 
@@ -289,10 +289,7 @@ class Encoder:
         self.bounds = {name: (low.astype(np.float32), high.astype(np.float32)) for name, (low, high) in bounds.items()}
 
     def encode(self, observation: Observation) -> dict[str, Array32]:
-        """The blocks by name, in the order of their names, each clipped to its bounds and new.
-
-        Raises ValueError where the scan is wanted and the observation has none.
-        """
+        """The blocks by name, in the order of their names, each clipped to its bounds and new."""
         frame, blocks = Frame.of(observation), {}
         for name, (low, high) in self.bounds.items():
             values = KINDS[name][1](self.features, self._limits, observation, frame)

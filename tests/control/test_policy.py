@@ -81,6 +81,10 @@ def test_a_sector_has_its_least_range_and_sight_where_nothing_is_met():
     assert encoded(observation())["scan"].tolist() == [1.0, 3.0, 5.0, 10.0]
 
 
+def test_before_the_first_scan_every_sector_has_sight():
+    assert encoded(observation(scan=None))["scan"].tolist() == [10.0] * 4
+
+
 def test_a_scan_of_a_lidar_off_the_centre_is_seen_from_the_centre():
     """A lidar 1 m ahead that looks to the left, with beams to the robot's right, ahead, left and back."""
     angles = 0.5 * np.pi * np.arange(-2, 2)
