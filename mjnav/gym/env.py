@@ -158,14 +158,14 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         if self._normalised:
             command = self._actions.command(command)
         yield
-        before, target = simulation.truth, simulation.goal
+        before, target = simulation.state, simulation.goal
         fault = None
         try:
             simulation.step(*command.tolist())
         except DivergedError as error:  # the simulation has ended as aborted
             fault = str(error)
         yield
-        after, outcome = simulation.truth, simulation.outcome
+        after, outcome = simulation.state, simulation.outcome
         step = Transition(self._scenario, before, after, target, self._command, command, outcome)
         terms = self._reward.terms(step)
         self._command = command
@@ -183,7 +183,7 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
             info["fault"] = fault
         terminated = outcome in (GOAL, COLLISION)
         yield
-        _ = simulation.beliefs
+        simulation.perceive()
         yield
         simulation.observe()
         yield

@@ -96,7 +96,7 @@ class Episode:
         """Whether there is another tick, which began so."""
         simulation = self._simulation
         simulation.begin(start)
-        self._progress(simulation.truth.time)
+        self._progress(simulation.state.time)
         self._misses += start.missed
         if start.abort:
             late = f"{1e-6 * start.lateness:.1f} ms after the deadline of the next"

@@ -36,6 +36,7 @@ from mjnav.robot.latency import given_decision
 from mjnav.robot.navigator import Navigator
 from mjnav.scene.ranges import MAX_LENGTH
 from mjnav.scene.spec import Person, Scenario
+from mjnav.sealed import sealed_message
 from mjnav.settings.plugins import BehaviourPlugin
 from mjnav.world.engine import DivergedError
 from mjnav.world.simulator import Simulator
@@ -184,6 +185,7 @@ class Simulation:
         self._final: WorldState | None = None  # in which the simulation ended
         self._start = Start(0, False)
         self._closed = False
+        self._shown: Mapping[str, tuple[object, Any]] = {}  # by property: a message, and what is shown of it
         self.result: Result | None = None  # once closed
 
     # ------------------------------------------------------------------------------------ how it stands
@@ -216,7 +218,7 @@ class Simulation:
     @property
     def truth(self) -> WorldState:
         """The true state of robot and people: for rewards and learners, never for a controller."""
-        return self._present().truth if self._final is None else self._final
+        return self._sealed("truth", self.state)
 
     @property
     def goal(self) -> Array:
@@ -226,12 +228,12 @@ class Simulation:
     @property
     def readings(self) -> tuple[Reading, ...]:
         """What the sensors measured since the tick before, oldest first; empty where none was due."""
-        return self._perceived("readings").readings or ()
+        return self._sealed("readings", self._perceived("readings").readings or ())
 
     @property
     def beliefs(self) -> Beliefs | None:
         """What is believed after the readings; None without estimators, unless `observe` was given beliefs."""
-        return self._perceived("beliefs").beliefs
+        return self._sealed("beliefs", self._perceived("beliefs").beliefs)
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -243,7 +245,7 @@ class Simulation:
         """All ticks as arrays: so far, and final once done."""
         if self.result is not None:
             return self.result.trajectory
-        return self._record.finish(self.truth, self._world.state_hash(), go_on=True)[0]
+        return self._record.finish(self.state, self._world.state_hash(), go_on=True)[0]
 
     # -------------------------------------------------------------------------------------- what it does
 
@@ -354,6 +356,15 @@ class Simulation:
 
     # --------------------------------------------------------------------- what `loop.episode` does besides
 
+    @property
+    def state(self) -> WorldState:
+        """The truth itself: `truth` is a copy that cannot be written to."""
+        return self._present().truth if self._final is None else self._final
+
+    def perceive(self) -> None:
+        """Senses and estimates, where the present tick has not yet."""
+        self._perceived("perceive()")
+
     def prepare(self) -> None:
         """Makes the controller, which is otherwise made when it is first asked. Raises InputError where it cannot."""
         _ = self._robot.controller
@@ -390,11 +401,17 @@ class Simulation:
             result = self._make_result(seconds, deadline_misses=deadline_misses)
             result = self.result = with_detour(result, self.scenario) if detour else result
             self._record.note(*(Event("error", "metric", fault) for fault in result.metrics.faults))
-            self._record.end_log(self.truth, result.run, None if result.replay is self.scenario else result.replay)
+            self._record.end_log(self.state, result.run, None if result.replay is self.scenario else result.replay)
         finally:
             if self._recorder is not None:
                 self._recorder.abort()
         return result
+
+    def _sealed(self, name: str, message: Any) -> Any:
+        """A message in arrays that cannot be written to; asked for the same one again, the same copy."""
+        if name not in self._shown or self._shown[name][0] is not message:
+            self._shown = {**self._shown, name: (message, sealed_message(message))}  # anew: branches share the old one
+        return self._shown[name][1]
 
     def _present(self) -> Tick:
         if self._tick is None:
@@ -426,7 +443,7 @@ class Simulation:
         return self._make_result(None, go_on=True) if self.result is None else self.result
 
     def _make_result(self, seconds: float | None, *, deadline_misses: int = 0, go_on: bool = False) -> Result:
-        trajectory, state_hash = self._record.finish(self.truth, self._world.state_hash(), go_on=go_on)
+        trajectory, state_hash = self._record.finish(self.state, self._world.state_hash(), go_on=go_on)
         if seconds is None:  # what the phases of its ticks took
             seconds = 1e-9 * float(trajectory.timing[:, 1:-1].sum())
         scenario, metrics = self.scenario, self._metrics.measured(trajectory)

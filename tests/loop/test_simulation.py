@@ -52,6 +52,16 @@ def test_looking_changes_nothing(room):
     assert looked_at.summary["state_hash"] == quiet.summary["state_hash"]
 
 
+def test_what_is_shown_cannot_be_written_to_and_stays_the_same_object_until_the_next_step(room):
+    simulation = Simulation(room())
+    branch = simulation.copy()
+    for one in (simulation, branch):
+        for array in (one.truth.robot_pose, one.beliefs.robot.particles, one.readings[-1].pose):
+            with pytest.raises(ValueError, match="read-only"):
+                array -= 1.0
+        assert (one.truth, one.beliefs, one.readings) == (one.truth, one.beliefs, one.readings)
+
+
 # ----------------------------------------------------------------------------------------- commands
 
 
