@@ -167,6 +167,16 @@ def test_beliefs_that_are_none_are_refused_and_change_nothing(room, spoil, said)
     assert finished(simulation) == finished(other)
 
 
+def test_a_numpy_truth_in_a_belief_is_one_and_other_values_are_refused(room, tmp_path):
+    with Simulation(room("time_limit=0.2"), log=tmp_path / "a.mcap") as simulation:
+        robot = simulation.beliefs.robot
+        simulation.observe(replace(simulation.beliefs, robot=replace(robot, recovered=np.True_)))
+        with pytest.raises(InputError, match="recovered must be True or False, not np"):
+            simulation.observe(replace(simulation.beliefs, robot=replace(robot, recovered=np.int64(1))))
+        finished(simulation)
+    assert mjnav.open_log(tmp_path / "a.mcap").complete
+
+
 # ----------------------------------------------------------------------------------- scan and map
 
 

@@ -42,7 +42,7 @@ class OwnLocalizer(PoseEstimator):
             found = self._own.update(sealed_message(reading))
             if not isinstance(found, RobotBelief):
                 raise PluginFault(f"{self._name}: update() returned a {type(found).__name__} in place of a RobotBelief")
-            self._belief = RobotBelief(reading.time, **checked(self._name, found, 3), recovered=bool(found.recovered))
+            self._belief = RobotBelief(reading.time, **checked(self._name, found, 3))
         return self._belief
 
 
@@ -75,15 +75,15 @@ class OwnTracker(PeopleTracker):
         rows = [checked(f"{self._name}, {name}", track, 4) for name, track in zip(names, tracks, strict=True)]
         self._tracked = there
         return tuple(
-            Track(self._names[p], reading.time, **row, radius=self._radii[p], recovered=bool(track.recovered))
-            for p, row, track in zip(there, rows, tracks, strict=True)
+            Track(self._names[p], reading.time, **row, radius=self._radii[p])
+            for p, row in zip(there, rows, strict=True)
         )
 
 
 def checked(name: str, belief: RobotBelief | Track, size: int) -> dict[str, Any]:
     """Copies of what a belief about `size` numbers holds, checked. Raises PluginFault.
 
-    `particles` (n, size), `weights` (n,), `mean` (size,), `covariance` (size, size) and `ess`, as kernels draw from it.
+    `particles` (n, size), `weights` (n,), `mean` (size,), `covariance` (size, size), `ess` and `recovered`.
     """
     num = np.shape(belief.particles)[0] if np.ndim(belief.particles) else 0
     particles = checked_copy(f"{name}: particles", belief.particles, (max(num, 1), size))
@@ -96,7 +96,10 @@ def checked(name: str, belief: RobotBelief | Track, size: int) -> dict[str, Any]
         found = f"the least is {weights.min()}, the sum {weights.sum()}"
         raise PluginFault(f"{name}: weights must be >= 0 and sum to 1: {found}")
     ess = _number_from(name, "ess", belief, open_low=True)
-    return {"particles": particles, "weights": weights, "mean": mean, "covariance": covariance, "ess": ess}
+    if not isinstance(belief.recovered, bool | np.bool_):
+        raise PluginFault(f"{name}: recovered must be True or False, not {belief.recovered!r:.60}")
+    given = {"particles": particles, "weights": weights, "mean": mean, "covariance": covariance, "ess": ess}
+    return {**given, "recovered": bool(belief.recovered)}
 
 
 def _number_from(name: str, part: str, belief: Any, *, open_low: bool = False) -> float:
@@ -176,8 +179,7 @@ class OwnScanTracker:
         radius, age, unseen = (_number_from(name, part, track) for part in ("radius", "age", "unseen"))
         if radius not in RADIUS:
             raise PluginFault(f"{name}: radius must be a number {RADIUS}, not {track.radius}")
-        given = checked(name, track, 4)
-        return Track(track.name, time, **given, radius=radius, recovered=bool(track.recovered), age=age, unseen=unseen)
+        return Track(track.name, time, **checked(name, track, 4), radius=radius, age=age, unseen=unseen)
 
     def draw(self, num: int) -> tuple[Array, ...]:
         """Samples of the latest tracks, (num, 4) each, in random order; an error before the first reading."""
