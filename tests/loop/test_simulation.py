@@ -9,9 +9,10 @@ import mjnav
 from mjnav.errors import InputError, InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.simulation import Simulation, SimulationOver
-from mjnav.messages import Beliefs, Decision, Status
+from mjnav.messages import Beliefs, Decision, Detection, Status
 from mjnav.robot.estimation import make_localizer, make_tracker
 
+DETECTION = Detection(0.0, np.zeros(2), np.eye(2), 0.3, 5)
 ENGINES = ("mujoco", "kinematic")
 
 
@@ -154,10 +155,16 @@ def test_beliefs_of_ones_own_from_the_readings_stand_in_for_the_estimators(room,
     [
         (lambda b: b.robot, "beliefs: found RobotBelief"),
         (lambda b: replace(b, people=None), r"beliefs\.people: found nothing; allowed: a tuple of Track"),
-        (lambda b: replace(b, robot=replace(b.robot, time=np.nan)), "time: found nan; allowed: a number from 0 to"),
+        (lambda b: replace(b, robot=replace(b.robot, time=np.nan)), "time must be a finite number >= 0, not nan"),
         (lambda b: replace(b, robot=replace(b.robot, mean="far")), r"beliefs\.robot: mean is no array of numbers"),
         (lambda b: replace(b, robot=replace(b.robot, particles=1e300 * b.robot.particles)), "beyond 1e\\+12"),
         (lambda b: replace(b, people=(replace(b.people[0], weights=b.people[0].weights[1:]),)), "weights has shape"),
+        (lambda b: replace(b, robot=replace(b.robot, time="now")), "time must be a finite number >= 0, not now"),
+        (lambda b: replace(b, robot=replace(b.robot, time=1e9)), "time: found 1000000000.0; allowed: a number from 0"),
+        (lambda b: replace(b, people=(replace(b.people[0], age=None),)), "age must be a finite number >= 0, not None"),
+        (lambda b: replace(b, people=(replace(b.people[0], unseen=np.inf),)), "unseen must be a finite number"),
+        (lambda b: replace(b, detections=(replace(DETECTION, position=np.zeros(3)),)), "position has shape"),
+        (lambda b: replace(b, detections=(replace(DETECTION, time="now"),)), "time must be a finite number"),
     ],
 )
 def test_beliefs_that_are_none_are_refused_and_change_nothing(room, spoil, said):

@@ -15,7 +15,7 @@ import numpy as np
 
 from mjnav.errors import InputError, InvalidValue, PluginFault
 from mjnav.filters.particles import shuffled
-from mjnav.messages import LARGEST, Array, Beliefs, Detection, Reading, RobotBelief, Track, number
+from mjnav.messages import LARGEST, Array, Beliefs, Detection, Reading, RobotBelief, Track
 from mjnav.rng import stream
 from mjnav.robot.estimation.base import DRAWS, PeopleTracker, PoseEstimator
 from mjnav.scene.ranges import MAX_TIME
@@ -102,6 +102,14 @@ def checked(name: str, belief: RobotBelief | Track, size: int) -> dict[str, Any]
     return {**given, "recovered": bool(belief.recovered)}
 
 
+def _checked_track(name: str, track: Track) -> dict[str, Any]:
+    """The same of a track, with its `radius`, `age` and `unseen`."""
+    numbers = {part: _number_from(name, part, track) for part in ("radius", "age", "unseen")}
+    if numbers["radius"] not in RADIUS:
+        raise PluginFault(f"{name}: radius must be a number {RADIUS}, not {track.radius}")
+    return checked(name, track, 4) | numbers
+
+
 def _number_from(name: str, part: str, belief: Any, *, open_low: bool = False) -> float:
     """A finite number >= 0, or > 0, of a belief. Raises PluginFault."""
     value = getattr(belief, part)
@@ -122,15 +130,30 @@ def checked_beliefs(beliefs: Beliefs) -> Beliefs:
     for track in beliefs.people:
         if not isinstance(track.name, str):
             raise InvalidValue("beliefs.people.name", track.name, "a text")
-        RADIUS.check(f"beliefs, {track.name}: radius", number("radius", track.radius))
-    for belief in (beliefs.robot, *beliefs.people):
-        TIME.check("beliefs.time", belief.time)
     try:
-        robot = replace(beliefs.robot, **checked("beliefs.robot", beliefs.robot, 3))
-        people = [replace(track, **checked(f"beliefs, {track.name}", track, 4)) for track in beliefs.people]
+        robot = replace(beliefs.robot, time=_time(beliefs.robot), **checked("beliefs.robot", beliefs.robot, 3))
+        people = [
+            replace(track, time=_time(track), **_checked_track(f"beliefs, {track.name}", track))
+            for track in beliefs.people
+        ]
+        detections = tuple(_checked_detection("beliefs.detections", one) for one in beliefs.detections)
     except (PluginFault, TypeError, ValueError, OverflowError) as fault:  # of nobody's plug-in
         raise InputError(str(fault)) from None
-    return replace(beliefs, robot=robot, people=tuple(people), detections=tuple(beliefs.detections))
+    return replace(beliefs, robot=robot, people=tuple(people), detections=detections)
+
+
+def _time(belief: Any) -> float:
+    time = _number_from("beliefs", "time", belief)
+    TIME.check("beliefs.time", time)
+    return time
+
+
+def _checked_detection(name: str, detection: Detection) -> Detection:
+    """A copy of a detection, checked. Raises PluginFault."""
+    time, radius, num_beams = (_number_from(name, part, detection) for part in ("time", "radius", "num_beams"))
+    position = checked_copy(f"{name}: position", detection.position, (2,))
+    covariance = checked_copy(f"{name}: covariance", detection.covariance, (2, 2))
+    return Detection(time, position, covariance, radius, int(num_beams))
 
 
 # --------------------------------------------------------------------------------- tracker by scans
@@ -172,14 +195,9 @@ class OwnScanTracker:
             raise PluginFault(f'{self._name}: a track is named {wrong!r} in place of "track" and a number')
         if len(set(names)) < len(names) or len(names) > MOST_TRACKS:
             raise PluginFault(f"{self._name}: {len(names)} tracks, {len(set(names))} names; {MOST_TRACKS} at most")
-        return tuple(self._checked(track, reading.time) for track in tracks)
-
-    def _checked(self, track: Track, time: float) -> Track:
-        name = f"{self._name}, {track.name}"
-        radius, age, unseen = (_number_from(name, part, track) for part in ("radius", "age", "unseen"))
-        if radius not in RADIUS:
-            raise PluginFault(f"{name}: radius must be a number {RADIUS}, not {track.radius}")
-        return Track(track.name, time, **checked(name, track, 4), radius=radius, age=age, unseen=unseen)
+        return tuple(
+            Track(track.name, reading.time, **_checked_track(f"{self._name}, {track.name}", track)) for track in tracks
+        )
 
     def draw(self, num: int) -> tuple[Array, ...]:
         """Samples of the latest tracks, (num, 4) each, in random order; an error before the first reading."""
