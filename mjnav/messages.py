@@ -36,8 +36,7 @@ def finite(key: str, value: object, *shape: Any, unit: str = "", most: float = i
     In its `shape` None is any length but 0, and `...`, at the front, any number of axes.
     """
     try:
-        given = np.asarray(value)
-        numbers = given.astype(float) if given.dtype.kind in "iufO" else np.array(np.nan)  # no text, truth or complex
+        numbers = real(value)
     except (TypeError, ValueError, OverflowError):  # no numbers, rows of unequal length, or beyond the largest float
         numbers = np.array(np.nan)
     axes = shape[1:] if shape[:1] == (...,) else shape
@@ -50,6 +49,14 @@ def finite(key: str, value: object, *shape: Any, unit: str = "", most: float = i
         allowed += f", up to {most:g}" if most < inf else ""
         raise InvalidValue(key, value, f"{allowed} [{unit}]" if unit else allowed)
     return numbers
+
+
+def real(value: object) -> Array:
+    """A copy of `value` as an array of floats. Raises TypeError for text, truth values and complex numbers."""
+    given = np.asarray(value)
+    if given.dtype.kind not in "iufO":
+        raise TypeError(f"{given.dtype} in place of real numbers")
+    return given.astype(float)
 
 
 # ---------------------------------------------------------------------------------------------- world

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.errors import PluginFault
-from mjnav.messages import Array, CandidateCosts, PlanShown
+from mjnav.messages import Array, CandidateCosts, PlanShown, real
 
 A = TypeVar("A", bound=np.generic)
 
@@ -52,7 +52,7 @@ def sealed_plan(plan: PlanShown) -> PlanShown:
 def checked_copy(what: str, values: Any, shape: tuple[int, ...]) -> Array:
     """An array that a plug-in returned, copied; `what` names it. Raises PluginFault for another shape, and for NaN."""
     try:
-        copied = np.array(values, float, order="C")
+        copied = np.asarray(real(values), order="C")
     except (TypeError, ValueError, OverflowError) as error:
         raise PluginFault(f"{what} is no array of numbers ({error})") from None
     if copied.shape != shape:

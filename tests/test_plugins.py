@@ -115,6 +115,16 @@ def test_a_decision_that_is_none_ends_the_run_and_names_the_class(returned, said
     assert f"decide() returned {said}" in str(raised.value)
 
 
+@pytest.mark.parametrize("returned", [("1", "0"), (1.0 + 2.0j, 0.0), (True, False)])
+def test_what_a_plug_in_returns_is_made_of_real_numbers(returned, monkeypatch):
+    monkeypatch.setattr(Drawn, "velocity", lambda self, world: returned)
+    with pytest.raises(MjnavError, match=r"velocity\(\) is no array of numbers \(.* in place of real numbers\)"):
+        mjnav.run(mjnav.load_scenario("crossing1", {**QUICK, "people.0.behaviour": Drawn}))
+    monkeypatch.setattr(Narrow, "sample", lambda self, rng, size: np.resize(returned, size))
+    with pytest.raises(MjnavError, match=r"sample\(\) raised TypeError: .* in place of real numbers"):
+        mjnav.run(mjnav.load_scenario("crossing1", {**QUICK, "noise.gyro": Narrow()}))
+
+
 class Narrow:
     """Noise without a dataclass, given as an object."""
 

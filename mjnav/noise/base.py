@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.errors import InvalidValue, PluginFault, own_code, said
-from mjnav.messages import LARGEST, Array
+from mjnav.messages import LARGEST, Array, real
 from mjnav.settings import Range
 from mjnav.settings.plugins import DistributionPlugin
 
@@ -77,7 +77,7 @@ class Checked:
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
         """See `Distribution`. Raises PluginFault for draws of another shape, and for those that are too far away."""
         with PluginFault.told(self._name, "sample()"):
-            drawn = np.array(self._own.sample(rng, size), float)
+            drawn = real(self._own.sample(rng, size))
         shape = (size,) if isinstance(size, int) else tuple(size)
         if drawn.shape != shape:
             raise PluginFault(f"{self._name}: sample() gave draws of shape {drawn.shape} in place of {shape}")
@@ -90,7 +90,7 @@ class Checked:
         """See `Distribution`. Raises PluginFault for another shape, and for NaN."""
         x = np.array(x, float)
         with PluginFault.told(self._name, "logpdf()"):
-            found = np.array(self._own.logpdf(x.copy()), float)
+            found = real(self._own.logpdf(x.copy()))
         if found.shape != x.shape:
             raise PluginFault(f"{self._name}: logpdf() gave shape {found.shape} for x of shape {x.shape}")
         if np.isnan(found).any():

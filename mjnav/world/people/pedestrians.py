@@ -15,7 +15,7 @@ sensors and a tick of the loop, so that trackers drop the track and nobody jumps
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
-from math import hypot, isfinite
+from math import hypot
 from typing import Any, Protocol
 
 import numpy as np
@@ -30,7 +30,7 @@ from mjnav.scene.people import AGAIN, CLEAR_OF_ROBOT, MAX_WALKING_SPEED, PERIOD,
 from mjnav.scene.ranges import Point
 from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import ways_of
-from mjnav.sealed import sealed, sealed_message
+from mjnav.sealed import checked_copy, sealed, sealed_message
 from mjnav.settings.plugins import BehaviourPlugin
 from mjnav.world.engine import Engine
 from mjnav.world.people.temperament import Temperaments
@@ -81,11 +81,8 @@ def _made(scenario: Scenario, person: int, seed: int) -> tuple[str, Any]:
 
 
 def _checked(name: str, velocity: Any) -> Sequence[float]:
-    found = np.array(velocity, float)
-    if found.shape != (2,):
-        raise PluginFault(f"{name}: velocity() returned shape {found.shape} in place of (vx, vy)")
-    vx, vy = found.tolist()
-    if not (isfinite(vx) and isfinite(vy) and hypot(vx, vy) <= MAX_WALKING_SPEED):
+    vx, vy = checked_copy(f"{name}: velocity()", velocity, (2,)).tolist()
+    if hypot(vx, vy) > MAX_WALKING_SPEED:
         raise PluginFault(f"{name}: velocity() returned ({vx}, {vy}), not at most {MAX_WALKING_SPEED:g} m/s")
     return vx, vy
 
