@@ -113,24 +113,24 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Blocks, dict[str, Any]]:
         """A new episode; see the class for `seed` and `options`. Raises InvalidValue for what it cannot use."""
-        super().reset(seed=seed)
-        self._stepped = None
         if options is not None and not isinstance(options, Mapping):
             raise InvalidValue("options", options, "a mapping, {'scene': ...}")
+        scenario = self._scenario
         for name, value in (options or {}).items():
             if name != "scene":
                 raise unknown_name("options", name, ("scene",))
-            self._change_scene(value)
-        if seed is None:
-            seed = int(self.np_random.integers(MAX_DRAWN_SEED))
-        if self._scenario.draft is not None:  # another layout: other walls, people and goal
+            scenario = self._another(value)
+        own_seed = int(self.np_random.integers(MAX_DRAWN_SEED)) if seed is None else seed
+        scenario = with_seed(scenario, own_seed)
+        simulation = Simulation(scenario, scan="scan" in self._features.blocks)
+        super().reset(seed=seed)
+        if options or scenario.draft is not None:  # other walls, people and goal
             self._end_pictures()
-        self._scenario = with_seed(self._scenario, seed)
-        self._simulation = Simulation(self._scenario, scan="scan" in self._features.blocks)
+        self._scenario, self._simulation, self._stepped = scenario, simulation, None  # all or nothing
         self._command = np.zeros(2)
-        self._trail = [self._simulation.truth.robot_pose[:2]]
+        self._trail = [simulation.state.robot_pose[:2]]
         self._show()
-        info = {"seed": seed, "time_s": 0.0, "distance_to_goal_m": self._distance(self._simulation.truth)}
+        info = {"seed": own_seed, "time_s": 0.0, "distance_to_goal_m": self._distance(simulation.state)}
         return self._observe(), info
 
     def step(self, action: ArrayLike) -> Step:
@@ -228,14 +228,13 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
     def _load(self, scene: str | os.PathLike[str] | Scenario) -> Scenario:
         return _for_a_policy(scene if isinstance(scene, Scenario) else load_scenario(scene, self._overrides))
 
-    def _change_scene(self, scene: str | os.PathLike[str] | Scenario) -> None:
+    def _another(self, scene: str | os.PathLike[str] | Scenario) -> Scenario:
         scenario = self._load(scene)
         limits, present = scenario.robot.limits, self._scenario.robot.limits
         if limits != present:
             raise InvalidValue("options.scene.robot", limits, f"a robot with the environment's limits: {present}")
         self._check_scan(scenario)
-        self._end_pictures()
-        self._scenario = scenario
+        return scenario
 
     def _check_scan(self, scenario: Scenario) -> None:
         beams = len(scenario.sensors.scanner.angles)

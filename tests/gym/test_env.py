@@ -92,6 +92,20 @@ def test_a_seed_gives_the_same_episode_and_without_one_info_says_which_was_drawn
         assert (flatten(other) != flatten(first)).any()
 
 
+def test_a_reset_that_fails_changes_nothing():
+    with scene() as env, scene() as other:
+        for one in (env, other):
+            one.reset(seed=5)
+        with pytest.raises(InvalidValue, match="seed"):
+            env.reset(seed=-1, options={"scene": "hall"})
+        with pytest.raises(InvalidValue, match="options"):
+            env.reset(seed=7, options={"scene": "hall", "seen": 1})
+        for one in (env, other):
+            one.step(np.zeros(2, np.float32))
+        assert env.unwrapped.simulation.scenario == other.unwrapped.simulation.scenario
+        assert env.reset()[1] == other.reset()[1]
+
+
 class Recording(PolicyController):
     """Drives in a curve and keeps what it saw."""
 
