@@ -73,6 +73,8 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         size: tuple[int, int] = (640, 360),
     ):
         """Raises InvalidValue for anything that cannot be used."""
+        if overrides and isinstance(scene, Scenario):
+            raise InvalidValue("overrides", overrides, "none beside a Scenario: load_scenario takes them")
         self._overrides = overrides
         self._scenario = self._load(scene)
         self._features = features if isinstance(features, Features) else Features(blocks=features)  # type: ignore[arg-type]

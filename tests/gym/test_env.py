@@ -172,6 +172,10 @@ def test_an_action_of_a_vector_that_cannot_be_used_is_refused_before_any_world_m
         ({"scene": "hal"}, "did you mean 'hall'"),
         ({"features": ("robots",)}, "did you mean 'robot'"),
         ({"features": Features(blocks=("scan",), beams=720)}, r"beams: found 720; allowed: at most .* \(360\)"),
+        (
+            {"scene": load_scenario("crossing1"), "overrides": QUICK},
+            "overrides: found .* allowed: none beside a Scenario",
+        ),
         ({"size": (0, 64)}, r"size\.0: found 0; allowed: a whole number from 1 to 4096 pixels"),
     ],
 )
