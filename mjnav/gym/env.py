@@ -56,7 +56,8 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
 
     The instance's `metadata` names the render modes of this machine: "human", a window, needs a display.
 
-    An episode is terminated by the goal and by a collision, truncated by the time limit and by whatever aborts a run.
+    An episode is terminated by the goal and by a collision, truncated by the time limit and where the physics
+    diverge. What a class of the user's own breaks is raised as a PluginFault.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 10}  # noqa: RUF012 - as in Env
