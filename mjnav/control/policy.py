@@ -266,8 +266,10 @@ class Actions:
         self.low, self.high = command_bounds(limits)
 
     def command(self, action: ArrayLike) -> Array:
-        """(v [m/s], omega [rad/s]) of a normalised action (2,)."""
-        return self.low + 0.5 * (np.asarray(action, float) + 1.0) * (self.high - self.low)
+        """(v [m/s], omega [rad/s]) of a normalised action (2,); that of 1 is exactly `high`."""
+        a, span = np.asarray(action, float), self.high - self.low
+        command = self.low + 0.5 * (a + 1.0) * span
+        return np.where(a < 1.0, np.minimum(command, self.high), self.high + 0.5 * (a - 1.0) * span)
 
     def action(self, command: ArrayLike) -> Array:
         """The normalised action (2,) of (v [m/s], omega [rad/s]): the inverse of `command`."""

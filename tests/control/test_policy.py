@@ -144,6 +144,15 @@ def test_the_ends_of_an_action_are_the_robots_limits():
     np.testing.assert_allclose(actions.command([0.0, 0.0]), [0.3, 0.0], atol=1e-15)
 
 
+@pytest.mark.parametrize("limits", [RobotLimits(min_speed=-2.0, max_speed=0.1), RobotLimits(min_speed=-0.7)])
+def test_no_action_from_minus_1_to_1_is_beyond_the_limits_by_rounding(limits):
+    actions = Actions(limits)
+    assert actions.command([1.0, 1.0]).tolist() == actions.high.tolist()
+    for near in np.nextafter(1.0, 0.0) - np.arange(20) * 2.0**-53:
+        assert (actions.command([near, near]) <= actions.high).all()
+    assert (actions.command([1.01, 1.01]) > actions.high).all()
+
+
 def test_a_robot_with_a_least_speed_may_still_stop():
     assert Actions(RobotLimits(min_speed=0.4)).command([-1.0, 0.0])[0] == 0.0
 
