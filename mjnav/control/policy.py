@@ -40,7 +40,7 @@ from mjnav.control.base import status_of
 from mjnav.control.parameters import LoopParameters
 from mjnav.geometry.angles import circular_mean, rounded
 from mjnav.geometry.distances import segment_distance
-from mjnav.messages import MOST_STANDING, Array, Decision, Observation, ObstacleSamples, RobotLimits
+from mjnav.messages import MOST_STANDING, Array, Decision, Observation, ObstacleSamples, RobotLimits, finite
 from mjnav.motion.unicycle import command_bounds
 from mjnav.settings import Choice, Length, Range, settle
 
@@ -70,6 +70,11 @@ class Features:
 
     def __post_init__(self):
         settle(self)
+
+    @classmethod
+    def of(cls, features: "Features | Sequence[str]") -> "Features":
+        """Features as they are, or those of the blocks by name."""
+        return features if isinstance(features, Features) else cls(blocks=features)  # type: ignore[arg-type]
 
 
 MAX_STD = 2.0  # [m], [m/s] and [rad]: far beyond what a filter that works believes
@@ -310,8 +315,8 @@ def flatten(blocks: Mapping[str, Array32]) -> Array32:
 class PolicyController(ABC):
     """A policy that sees the blocks of `features` and nothing else: a subclass gives `act`.
 
-    `features` are those that the policy was trained with, and the blocks those that the environment gave it, bit for
-    bit, where `control.samples` is the same. It runs as any controller does:
+    `features`, as for the environment, are those that the policy was trained with. The blocks are those that the
+    environment gave it, bit for bit, where `control.samples` is the same. It runs as any controller does:
 
         class Policy(PolicyController):
             features = Features(blocks=("robot",))
@@ -326,11 +331,11 @@ class PolicyController(ABC):
     """
 
     parameters_type: ClassVar[type[LoopParameters]] = LoopParameters
-    features: ClassVar[Features] = Features()
+    features: ClassVar[Features | Sequence[str]] = Features()
 
     def __init__(self, limits: RobotLimits, period: float, parameters: LoopParameters):
         self.limits, self.period, self.parameters = limits, period, parameters
-        self.encoder = Encoder(self.features, limits)
+        self.encoder = Encoder(Features.of(self.features), limits)
         self.actions = Actions(limits)
 
     @abstractmethod
@@ -338,8 +343,9 @@ class PolicyController(ABC):
         """The command (v [m/s], omega [rad/s]) for what the policy sees."""
 
     def decide(self, observation: Observation) -> Decision:
-        """The policy's command for the observation."""
-        v, omega = map(float, self.act(self.encoder.encode(observation)))  # type: ignore[arg-type]
+        """The policy's command for the observation. Raises InvalidValue where `act` returned none."""
+        action = self.act(self.encoder.encode(observation))
+        v, omega = finite(f"{type(self).__name__}.act()", action, 2).tolist()
         return Decision(v, omega, status_of(observation, v, omega))
 
     def closest_cone(self, observation: Observation, decision: Decision) -> tuple[int, Array, Array] | None:

@@ -78,7 +78,7 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
             raise InvalidValue("overrides", overrides, "none beside a Scenario: load_scenario takes them")
         self._overrides = overrides
         self._scenario = self._load(scene)
-        self._features = features if isinstance(features, Features) else Features(blocks=features)  # type: ignore[arg-type]
+        self._features = Features.of(features)
         limits = self._scenario.robot.limits
         self._encoder, self._actions, self._reward = Encoder(self._features, limits), Actions(limits), Reward(reward)
         if actions not in ("normalised", "si"):

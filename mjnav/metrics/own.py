@@ -71,7 +71,9 @@ class OwnMetrics:
         for name, metric in self._metrics:
             try:
                 with PluginFault.told(name, "measure()"):
-                    values = dict(metric.measure(trajectory, self._scenario))
+                    values = metric.measure(trajectory, self._scenario)
+                    if not isinstance(values, Mapping):
+                        raise PluginFault(f"{name}: measure() returned {values!r:.60} in place of a mapping")
                     faults += _misfits(name, values, metric.figures)
                     found |= {figure: _number(values.get(figure)) for figure in metric.figures}
             except PluginFault as fault:

@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mjnav.control.policy import PERSON, ROBOT, Actions, Encoder, Features, flatten
+from mjnav.control.parameters import LoopParameters
+from mjnav.control.policy import PERSON, ROBOT, Actions, Encoder, Features, PolicyController, flatten
+from mjnav.errors import InvalidValue
 from mjnav.messages import KnownMap, Observation, ObstacleSamples, RobotLimits, Scan
 
 EVERYTHING = Features(blocks=("robot", "people", "scan", "grid"), max_people=3, beams=4, cells=8, resolution=0.5)
@@ -161,3 +163,30 @@ def test_a_robot_with_a_least_speed_may_still_stop():
 def test_an_action_comes_back_from_its_command(action):
     actions = Actions(RobotLimits(max_speed=0.7))
     np.testing.assert_allclose(actions.action(actions.command(action)), action, atol=1e-15)
+
+
+class Constant(PolicyController):
+    features = ("robot", "people")
+    action: object = (0.5, 0.1)
+
+    def act(self, blocks):
+        assert sorted(blocks) == ["people", "robot"]
+        return self.action
+
+
+def constant(limits=LIMITS) -> Constant:
+    return Constant(limits, 0.1, LoopParameters())
+
+
+def test_a_policys_features_may_be_names_as_in_the_environment(monkeypatch):
+    assert constant().decide(observation()).v == 0.5
+    monkeypatch.setattr(Constant, "features", ("robots",))
+    with pytest.raises(InvalidValue, match="did you mean 'robot'"):
+        constant()
+
+
+@pytest.mark.parametrize("returned", [None, 0.5, (0.5, 0.1, 0.0), (np.nan, 0.0), ("0.5", "0.1"), (1j, 0.0)])
+def test_what_a_policy_returns_is_two_finite_numbers(returned, monkeypatch):
+    monkeypatch.setattr(Constant, "action", returned)
+    with pytest.raises(InvalidValue, match=r"^Constant\.act\(\): found .*; allowed: finite numbers, an array of shape"):
+        constant().decide(observation())

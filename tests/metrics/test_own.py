@@ -73,6 +73,18 @@ def test_a_metric_that_fails_is_null_and_an_event_and_the_run_goes_on(tmp_path):
     assert any("ValueError: no figure today" in fault and "test_own.py" in fault for fault in result.metrics.faults)
 
 
+class NoMapping:
+    figures = figures_named("none")
+
+    def measure(self, trajectory, scenario):
+        return None
+
+
+def test_a_metric_that_returns_no_mapping_is_told_so():
+    result = mjnav.run(mjnav.load_scenario("crossing1", QUICK), metrics=[NoMapping])
+    assert result.metrics.faults == (f"{__name__}:NoMapping: measure() returned None in place of a mapping",)
+
+
 class NoFigures:
     def measure(self, trajectory, scenario):
         return {}
