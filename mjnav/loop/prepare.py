@@ -27,8 +27,14 @@ from mjnav.settings.plugins import BehaviourPlugin, DistributionPlugin, MetricPl
 # ------------------------------------------------------------------------------------------- checks
 
 
-# key of a run file -> the argument that takes its place
-ESTIMATORS = MappingProxyType({"estimation.robot.localizer": "localizer", "estimation.obstacles.tracker": "tracker"})
+# argument -> the key of a run file whose place it takes
+KEYS = MappingProxyType({"controller": "control.method", "localizer": "estimation.robot.localizer",
+                         "tracker": "estimation.obstacles.tracker", "metrics": "metrics"})  # fmt: skip
+
+
+def _changed(**arguments: Any) -> dict[str, str]:
+    """The arguments that are given, by the key whose place each takes."""
+    return {KEYS[name]: name for name, value in arguments.items() if value is not None}
 
 
 def load_scenario(
@@ -49,10 +55,8 @@ def load_scenario(
     given = tuple(overrides_of(overrides))
     method = None if controller is None else name_of(controller)
     scenario = scene.load(name_or_path, given, controller=method, seed=seed)
-    changed = {"control.method": "controller"} if controller is not None else {}
-    changed |= {override.key: override.option for override in given}
-    changed |= {key: name for key, name in ESTIMATORS.items() if {"localizer": localizer, "tracker": tracker}[name]}
-    changed |= {} if metrics is None else {"metrics": "metrics"}
+    changed = _changed(controller=controller) | {override.key: override.option for override in given}
+    changed |= _changed(localizer=localizer, tracker=tracker, metrics=metrics)
     try:
         scenario = _with_metrics(with_estimators(scenario, localizer, tracker), metrics)
         refuse_idle(scenario)
@@ -88,8 +92,8 @@ def as_scenario(
 
     Another controller starts with its own default parameters. Raises InvalidValue.
     """
+    own = {"controller": controller, "localizer": localizer, "tracker": tracker, "metrics": metrics}
     if not isinstance(scenario, Scenario):
-        own = {"controller": controller, "localizer": localizer, "tracker": tracker, "metrics": metrics}
         return load_scenario(scenario, **own, seed=seed)
     if scenario.crowd is not None:
         raise InvalidValue("crowd", scenario.crowd.file, "people; a recording is read where a run file is loaded")
@@ -97,9 +101,12 @@ def as_scenario(
         scenario = with_seed(scenario, seed)
     if controller is not None:
         scenario = replace(scenario, control=replace(scenario.control, method=name_of(controller), parameters={}))
-    scenario = _with_metrics(with_estimators(scenario, localizer, tracker), metrics)
-    build_controller(scenario)
-    check_plugins(scenario)
+    try:
+        scenario = _with_metrics(with_estimators(scenario, localizer, tracker), metrics)
+        build_controller(scenario)
+        check_plugins(scenario)
+    except InvalidValue as error:
+        raise error.within(file=origin(error.key, scenario.source, _changed(**own))) from None
     return scenario
 
 

@@ -230,4 +230,4 @@ def origin(key: str, file: str, changed: dict[str, str]) -> str:
     for other, option in reversed(changed.items()):
         if f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}."):
             return option
-    return f"{file} with {', '.join(sorted(set(changed.values())))}" if changed else file
+    return f"{file or 'scenario'} with {', '.join(sorted(set(changed.values())))}" if changed else file

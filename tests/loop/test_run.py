@@ -51,6 +51,14 @@ def test_errors_in_a_methods_parameters_name_where_they_came_from(tmp_path):
         load_scenario(path)
 
 
+@pytest.mark.parametrize("argument", ["controller", "localizer", "tracker", "metrics"])
+def test_a_wrong_argument_beside_a_scenario_is_named_and_not_its_file(argument):
+    wrong = ["nope.py:Own"] if argument == "metrics" else "nope.py:Own"
+    for given in (load_scenario("crossing1"), "crossing1"):
+        with pytest.raises(InvalidValue, match=rf"^{argument}: .*: found 'nope.py:Own'"):
+            mjnav.run(given, **{argument: wrong})
+
+
 STILL = {"physics.engine": "kinematic", "time_limit": 2.0, "noise.profile": "none"}
 LIMITS = {"max_speed": 0.5, "min_speed": -0.3, "max_turn_rate": 0.7, "max_acceleration": 0.4}
 
