@@ -51,6 +51,7 @@ def load_scenario(
 
     `overrides` are values by dotted key, {"people.0.radius": 0.4}, or "KEY=VALUE" each; `controller`, `localizer`,
     `tracker` and the list `metrics` (each a name, a class or an object) and `seed` take the place of the file's.
+    Where two set the same key, the later of these wins: `controller` and `seed`, `overrides`, the others.
     """
     given = tuple(overrides_of(overrides))
     method = None if controller is None else name_of(controller)
