@@ -178,7 +178,8 @@ def tables(scenario: Scenario) -> dict[str, Any]:
 
 def _read(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     """The file's name in messages, and its text."""
-    name = path_text("scene", name_or_path, "a run file that can be read, a shipped scene by name, or a Scenario")
+    allowed = "a run file that can be read, or a shipped scene by name; a Scenario needs no loading: mjnav.run takes it"
+    name = path_text("scene", name_or_path, allowed)
     if name.endswith(FLOORS):
         return name, toml_text(floor_tables(name, Path(name).parent)[0])
     if isinstance(name_or_path, str) and "/" not in name and not name.endswith(".toml"):

@@ -36,6 +36,10 @@ def test_what_cannot_be_used_is_refused_before_anything_starts(tmp_path):
     for overrides in (None, 3, [3], {3: 4}, [("a",)], [b"time_limit=1"]):
         with pytest.raises(InvalidValue, match=r"^overrides: found .*; allowed: values by dotted key"):
             load_scenario("crossing1", overrides)
+    with pytest.raises(
+        InvalidValue, match=r"^scene: found Scenario\(.*; a Scenario needs no loading: mjnav\.run takes"
+    ):
+        load_scenario(load_scenario("crossing1"))
     with pytest.raises(InvalidValue, match="stop: found 3; allowed: a function"):
         mjnav.run("crossing1", stop=3)
 
