@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 from numbers import Real
-from types import MappingProxyType
 from typing import Any, Protocol
 
 from mjnav.errors import InvalidValue, PluginFault, own_code, said
@@ -40,7 +39,7 @@ class Metric(Protocol):
 class Measured:
     """What a run's own metrics found: a value for each figure, None where it is undefined or a metric failed."""
 
-    figures: Mapping[str, Figure] = field(default_factory=lambda: MappingProxyType({}))
+    figures: Mapping[str, Figure] = field(default_factory=dict)
     values: Mapping[str, float | None] = field(default_factory=dict)
     faults: tuple[str, ...] = ()  # a line for each metric or value that could not be used
 
@@ -56,7 +55,7 @@ class OwnMetrics:
         for key, plugin in metrics.items():
             try:
                 metric = plugin.make()
-                self.figures = MappingProxyType({**self.figures, **_figures(plugin, metric, self.figures)})
+                self.figures = {**self.figures, **_figures(plugin, metric, self.figures)}
             except InvalidValue as error:
                 raise error.within(key, file=scenario.source or None) from None
             self._metrics.append((plugin.name, metric))

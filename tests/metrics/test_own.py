@@ -1,6 +1,7 @@
 """Metrics of a user's own: what they give stands under their names, and what goes wrong in one ends no run."""
 
 import json
+import pickle
 from math import inf, nan
 
 import numpy as np
@@ -55,6 +56,7 @@ def test_figures_stand_in_the_summary_under_their_names():
     result = mjnav.run(mjnav.load_scenario("crossing1", QUICK), metrics=[Duration])
     assert result.summary["metrics"] == {"ticks": 3.0, "nothing": None}
     assert result.metrics.faults == ()
+    assert pickle.loads(pickle.dumps(result)).summary == result.summary
     with mjnav.Simulation(mjnav.load_scenario("crossing1", QUICK), metrics=[Duration()]) as simulation:
         simulation.step(0.1, 0.0)
         assert simulation.summary["metrics"]["ticks"] == 1.0
