@@ -3,7 +3,6 @@
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from math import hypot
 from time import monotonic, sleep
 from typing import Annotated, Any
@@ -14,6 +13,7 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.vector.utils import iterate
+from gymnasium.wrappers import TimeLimit
 from numpy.typing import ArrayLike, NDArray
 
 from mjnav.control.parameters import LoopParameters
@@ -258,12 +258,25 @@ class VectorSceneEnv(SyncVectorEnv):
     whole step, which takes a quarter less time.
     """
 
-    def __init__(self, num_envs: int, *, autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP, **options: Any):
-        super().__init__([partial(SceneEnv, **options)] * num_envs, autoreset_mode=autoreset_mode)
+    def __init__(
+        self,
+        num_envs: int,
+        *,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        max_episode_steps: int | None = None,
+        **options: Any,
+    ):
+        """An episode is truncated after `max_episode_steps`, as by `gymnasium.make`."""
+
+        def made() -> gymnasium.Env:
+            env = SceneEnv(**options)
+            return env if max_episode_steps is None else TimeLimit(env, max_episode_steps)
+
+        super().__init__([made] * num_envs, autoreset_mode=autoreset_mode)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """See `gymnasium.vector.VectorEnv`. An action that cannot be used is refused before any world moves."""
-        rows = zip(self.envs, iterate(self.action_space, actions), strict=True)
+        rows = zip([env.unwrapped for env in self.envs], iterate(self.action_space, actions), strict=True)
         running = [env.parts(action) for env, action in rows if not env.simulation.done]  # type: ignore[attr-defined]
         for _ in zip(*running, strict=True):
             pass

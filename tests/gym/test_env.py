@@ -154,6 +154,17 @@ def test_eight_in_a_vector_are_eight_single_ones(mode):
         envs.close()
 
 
+@pytest.mark.parametrize("mode", [None, "sync"])
+def test_a_vectors_episodes_end_after_the_steps_that_make_is_given(mode):
+    options = {"scene": "crossing1", "overrides": QUICK, "max_episode_steps": 2}
+    envs = gymnasium.make_vec("mjnav/Scene-v0", num_envs=2, vectorization_mode=mode, **options)
+    envs.reset(seed=0)
+    steps = [envs.step(np.full((2, 2), 0.5, np.float32)) for _ in range(5)]
+    assert [truncated.tolist() for *_, truncated, _ in steps] == [[ends] * 2 for ends in (0, 1, 0, 0, 1)]
+    assert [info["time_s"][1] for *_, info in steps] == pytest.approx([0.1, 0.2, 0.0, 0.1, 0.2])
+    envs.close()
+
+
 def test_an_action_of_a_vector_that_cannot_be_used_is_refused_before_any_world_moves():
     envs = gymnasium.make_vec("mjnav/Scene-v0", num_envs=2, scene="crossing1", overrides=QUICK)
     envs.reset(seed=0)
