@@ -226,7 +226,7 @@ def describe() -> dict[str, str]:
     return {name: f"{METHODS[name].idea} ({METHODS[name].source})" for name in names()}
 
 
-def make_controller(name: Any, robot_limits: RobotLimits, period: float, **parameters: Any) -> Controller:
+def make_controller(name: Any, robot_limits: RobotLimits, period: float, /, **parameters: Any) -> Controller:
     """The controller `name` for a robot and a control period [s], with its own parameters.
 
     `name` is one of `names()`; for a controller of one's own "package.module:Class", "file.py:Class", the name that a
@@ -255,7 +255,7 @@ def make_controller(name: Any, robot_limits: RobotLimits, period: float, **param
     return construct(ControllerPlugin, name, completed_controller, name, made, own)
 
 
-def shipped_parameters(name: str, period: float, **parameters: Any) -> LoopParameters | None:
+def shipped_parameters(name: str, period: float, /, **parameters: Any) -> LoopParameters | None:
     """The parameters with which `make_controller` makes a method that is shipped; None for any other controller.
 
     Raises InvalidValue as it does.

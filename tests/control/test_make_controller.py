@@ -57,6 +57,9 @@ def test_the_shared_parameters_are_the_same_in_every_class():
         ("rkhs", {"degree": 0}, "degree: found 0; allowed: a whole number from 1 to 10"),
         ("rkhs", {"lane_weights": [1.0, -2.0]}, "lane_weights.1: found -2.0; allowed: a number from 0 to"),
         ("cvar", {"eta": nan}, "eta: found nan; allowed: a number from 0 to 1"),
+        ("rkhs", {"name": "x"}, "name: found 'name'; allowed: parameters of rkhs: "),
+        ("rkhs", {"period": 0.1}, "period: found 'period'; allowed: parameters of rkhs: "),
+        ("rkhs", {"robot_limits": 1}, "robot_limits: found 'robot_limits'; allowed: parameters of rkhs: "),
     ],
 )
 def test_what_cannot_be_is_refused_with_what_is_allowed(limits, name, parameters, message):
