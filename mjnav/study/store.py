@@ -6,7 +6,7 @@ these figures by itself.
 
     study.toml                       the study file
     part-000003-<digest>.parquet     rows with a result, `COLUMNS`, zstd
-    failed-000004-<digest>.parquet   rows with an error; a retry removes them first
+    failed-000004-<digest>.parquet   rows with an error; a retry first removes those of its episodes
     logs/                            logs of episodes, where the sweep was to keep any
     lock                             empty; locked by the sweep that writes
 
@@ -32,7 +32,7 @@ import resource
 import stat
 import uuid
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -377,14 +377,17 @@ class Store:
 
         Raises MjnavError where the disk refuses; the rows that were there stay.
         """
-        self._write_shard(DONE, [row for row in rows if row.error is None])
-        self._write_shard(FAILED, [row for row in rows if row.error is not None])
+        self._write_shard(DONE, [row.values() for row in rows if row.error is None])
+        self._write_shard(FAILED, [row.values() for row in rows if row.error is not None])
 
-    def forget_failures(self) -> None:
-        """Removes the rows with an error and their logs, so that their episodes are run again."""
+    def forget_failures(self, wanted: Set[EpisodePlace]) -> None:
+        """Removes the rows of these episodes that have an error, and their logs, so that they are run again."""
         for shard in self._shards(FAILED):
-            remove_logs(self.folder, read_shard(shard, ["log"])["log"].to_pylist())
-            shard.unlink()
+            rows = read_shard(shard, list(COLUMNS)).to_pylist()
+            kept = [row for row in rows if tuple(row[name] for name in PLACE_IN_STUDY) not in wanted]
+            if len(kept) < len(rows):
+                remove_logs(self.folder, {row["log"] for row in rows} - {row["log"] for row in kept})
+                self._write_shard(FAILED, kept, replaced=shard)
 
     def check_own(self) -> None:
         """Raises InputError where something has the name of a sweep's file but was not written by one."""
@@ -431,25 +434,30 @@ class Store:
     def _shards(self, *kinds: str) -> list[Path]:
         return [path for kind in kinds for path in sorted(self.folder.glob(f"{kind}-*.parquet"))]
 
-    def _write_shard(self, kind: str, rows: Sequence[Row]) -> None:
+    def _write_shard(self, kind: str, rows: Sequence[Mapping[str, Value]], replaced: Path | None = None) -> None:
+        """Writes these rows, where there are any, in the place of the shard `replaced`."""
         import pyarrow as pa
 
         if not rows:
+            if replaced is not None:
+                replaced.unlink()
             return
-        table = pa.Table.from_pylist([row.values() for row in rows], schema=schema())
+        table = pa.Table.from_pylist(list(rows), schema=schema())
         content = pa.BufferOutputStream()
         parquet().write_table(table, content, compression="zstd", write_page_checksum=True)
         data = content.getvalue().to_pybytes()
-        self._write(f"{kind}-{len(self._shards(DONE, FAILED)):06d}-{digest(data)}.parquet", data)
+        self._write(f"{kind}-{len(self._shards(DONE, FAILED)):06d}-{digest(data)}.parquet", data, replaced)
 
-    def _write(self, name: str, content: bytes) -> None:
-        """Writes the whole file or none of it."""
+    def _write(self, name: str, content: bytes, replaced: Path | None = None) -> None:
+        """Writes the whole file or none of it; `replaced` is removed just before it appears."""
         path, partial = self.folder / name, self.folder / TEMPORARY.replace("*", uuid.uuid4().hex)
         try:
             with open(partial, "wb") as file:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
+            if replaced is not None:
+                replaced.unlink()
             os.replace(partial, path)
             folder = os.open(self.folder, os.O_RDONLY)
             try:

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from contextlib import contextmanager
+from dataclasses import replace
 
 import pyarrow.parquet as pq
 import pytest
@@ -39,6 +40,19 @@ def test_what_was_added_is_there(store):
     assert seeds(store) == {0, 1, 2, 3}
     assert store.rows(["seed"], failed=False)["seed"].to_pylist() == [0, 1, 2]
     assert (store.study(), store.has_rows()) == ("# mjnav the study", True)
+
+
+def test_only_the_failures_of_wanted_episodes_are_forgotten_with_their_logs(store):
+    (store.folder / "logs").mkdir()
+    rows = [row(0), *(replace(row(i, "broke"), log=f"logs/e-{i:016x}.mcap") for i in range(1, 5))]
+    for failed in rows[1:]:
+        (store.folder / str(failed.log)).touch()
+    store.append(rows[:4])
+    store.append(rows[4:])
+    store.forget_failures({place for place in store.done() if place[-1] in (0, 2, 4)})
+    assert sorted(store.rows().to_pylist(), key=lambda r: r["id"]) == [rows[i].values() for i in (0, 1, 3)]
+    assert {path.name for path in (store.folder / "logs").iterdir()} == {f"e-{i:016x}.mcap" for i in (1, 3)}
+    assert len(list(store.folder.glob("failed-*"))) == 1
 
 
 def test_an_id_in_two_shards_is_told(store):

@@ -300,7 +300,7 @@ def sweep(
         checked()  # before there is a folder
     with store.writing(text, checked):
         if retry_failed:
-            store.forget_failures()
+            store.forget_failures({trial.place for trial in wanted})
         done = store.done()
         missing = list(keeping((trial for trial in wanted if trial.place not in done), store.folder, keep_logs))
         begin(len(wanted) - len(missing))
