@@ -116,7 +116,7 @@ def resolve(study: StudyFile, overrides: Sequence[str | Override] = (), scenes: 
     """Every cell of the study, its scenario built and its controller made once.
 
     `overrides` are the command line's KEY=VALUE, applied last; `scenes` replace the study's. Raises InvalidValue that
-    names the cell, also where two cells are the same.
+    names the cell, also where two cells are the same or have the same names.
     """
     paths = [*scenes] or scene_paths(study)
     names: dict[str, str] = {}
@@ -130,6 +130,7 @@ def resolve(study: StudyFile, overrides: Sequence[str | Override] = (), scenes: 
             raise InvalidValue("", path, f"a scene of another name than {name!r}", file=where)
         names[path] = name
     cells: dict[str, Cell] = {}  # by document
+    places = set[tuple[str, str, str]]()
     folder = Path(study.source).parent.absolute()
     with chdir("."):  # a controller may change the working folder when it is imported or made
         for variant in variants(study, paths):
@@ -137,6 +138,10 @@ def resolve(study: StudyFile, overrides: Sequence[str | Override] = (), scenes: 
             if cell.document in cells:
                 allowed = f"cells that differ; {cells[cell.document].label} is the same"
                 raise InvalidValue("", cell.label, allowed, file=study.source)
+            place = cell.scene, cell.setting, cell.method
+            if place in places:
+                raise InvalidValue("", cell.label, "names that differ; another cell has the same", file=study.source)
+            places.add(place)
             cells[cell.document] = cell
     return tuple(cells.values())
 

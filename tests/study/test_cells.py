@@ -102,6 +102,11 @@ def test_a_cell_is_the_scenario_that_run_makes_of_the_same_overrides(cells):
             'name = "loud"\n# set',
             "found 'scene crossing1, setting loud.*allowed: cells that differ",
         ),
+        (
+            'controller = "mean"',
+            'controller = "mean"\nname = "mine weight=0.3 form=line"',
+            "method mine weight=0.3 form=line'; allowed: names that differ",
+        ),
         ('"mine.toml"', '"./mine.toml", "mine.toml"', "scenes.2: .*allowed: a scene of another name than 'mine'"),
     ],
 )
