@@ -12,12 +12,13 @@ from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
 from mjnav.robot.controller import resolved_parameters
 from mjnav.scene import dumps
-from mjnav.scene.overrides import Override
+from mjnav.scene.overrides import Override, overrides_of
 from mjnav.settings import below
 from mjnav.settings.plugins import placed
 from mjnav.study.study_file import MethodEntry, Overrides, SettingEntry, StudyFile, controller_keys, flat, scene_paths
 
 DEFAULT_SETTING = "default"
+METHOD = "control.method"  # no value of a study has this key: its methods name their controllers
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +152,10 @@ def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[st
     where = f"{study.source}: scene {scene}, setting {setting}"
     own = placed({**flat(study.set), **variant.overrides}, folder)
     given = [*(Override(key, value, where) for key, value in own.items()), *overrides]
+    values = flat({one.key: one.value for one in overrides_of(given)})
+    if METHOD in values:
+        allowed = f"values of other keys; {variant.method.controller!r} is the controller of method {method}"
+        raise InvalidValue(METHOD, values[METHOD], allowed, file=where)
     controller = placed(variant.method.controller, folder)
     try:
         scenario = load_scenario(variant.scene, given, controller=controller)

@@ -1,6 +1,7 @@
 """The combinations that a study file asks for, each as a scenario that is checked."""
 
 import json
+import re
 
 import pytest
 
@@ -113,3 +114,12 @@ def test_a_cell_is_the_scenario_that_run_makes_of_the_same_overrides(cells):
 def test_what_is_wrong_is_told_with_its_cell(cells, old, new, message):
     with pytest.raises(InvalidValue, match=message):
         cells(STUDY.replace(old, new, 1))
+
+
+@pytest.mark.parametrize("given", ["control.method=mean", 'control={ method = "mean" }'])
+def test_no_value_replaces_the_controller_that_a_method_names(cells, given):
+    message = "control.method: found 'mean'; allowed: values of other keys; 'rkhs' is the controller of method mine"
+    with pytest.raises(InvalidValue, match=re.escape(message)):
+        cells(STUDY, given)
+    with pytest.raises(InvalidValue, match=re.escape(message)):
+        cells(STUDY.replace("degree = 2", 'method = "mean"'))
