@@ -12,6 +12,7 @@ from mjnav.errors import InvalidValue
 from mjnav.noise.profiles import DISTRIBUTIONS
 from mjnav.scene.people import BEHAVIOURS, Person
 from mjnav.scene.prediction import MODELS, Prediction
+from mjnav.scene.toml import value_text
 from mjnav.settings.plugins import KINDS, Given
 
 
@@ -49,6 +50,17 @@ def _parsed(text: str) -> Override:
     if text != text.encode("utf-8", "replace").decode("utf-8"):
         raise InvalidValue("", text, "text in UTF-8", file="overrides")
     return Override(key.strip(), _value(value))
+
+
+def override_text(key: str, value: object) -> str:
+    """KEY=VALUE that is read back as this value; of a value that TOML does not have, Python's text for it."""
+    value = _document(value)
+    if isinstance(value, str) and _value(value) == value:
+        return f"{key}={value}"
+    try:
+        return f"{key}={value_text(value)}"
+    except TypeError:
+        return f"{key}={value}"
 
 
 def apply(document: dict[str, Any], override: Override, defaults: dict[str, Any]) -> None:

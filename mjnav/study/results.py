@@ -3,7 +3,6 @@
 Results are below runs/out, or in any folder, with the study file that their sweep left beside them.
 """
 
-import json
 import os
 import shlex
 from collections import Counter
@@ -18,7 +17,7 @@ from mjnav.log.read.tables import check_pandas
 from mjnav.loop.prepare import OUT_FOLDER, check_functions
 from mjnav.loop.supervision import MAX_SECONDS
 from mjnav.output_files import path_text
-from mjnav.scene.overrides import Overrides, overrides_of
+from mjnav.scene.overrides import Overrides, override_text, overrides_of
 from mjnav.scene.ranges import MAX_TIME
 from mjnav.settings import Range, below, settled
 from mjnav.study.cells import resolve
@@ -167,7 +166,7 @@ def sweep(
     if seeds is not None:
         study = study.with_seeds(seeds)
     given = tuple(overrides_of(overrides))
-    words = [f"--set={one.key}={one.value if isinstance(one.value, str) else json.dumps(one.value)}" for one in given]
+    words = [f"--set={override_text(one.key, one.value)}" for one in given]
     store = Store(OUT_FOLDER / study.name if folder is None else path_text("folder", folder))
     with below("workers"):
         num = len(os.sched_getaffinity(0)) if workers is None else settled(Workers, workers)

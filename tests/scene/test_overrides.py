@@ -1,9 +1,12 @@
 """`--set`, `--controller` and `--seed`."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from mjnav.errors import InvalidValue
 from mjnav.scene import dumps, loads
+from mjnav.scene.overrides import override_text, overrides_of
 from mjnav.scene.spec import StopAndGo, Waypoints
 
 TEXT = """
@@ -31,6 +34,21 @@ def test_a_value_is_toml():
     assert scenario.stop_on_collision is False
     assert scenario.control.delay == 0
     assert scenario.control.parameters == {"degree": 3, "clip": -3}
+
+
+TOML_TEXTS = st.text(st.characters(exclude_categories=["Cs"])) | st.sampled_from(
+    ["true", "1", "inf", "'a'", "[]", " 1"]
+)
+TOML_VALUES = st.recursive(
+    st.booleans() | st.integers() | st.floats(allow_nan=False) | TOML_TEXTS,
+    lambda values: st.lists(values) | st.dictionaries(TOML_TEXTS, values),
+)
+
+
+@given(TOML_VALUES)
+def test_the_text_of_an_override_is_read_back_as_its_value(value):
+    (override,) = overrides_of([override_text("people.0.radius", value)])
+    assert (override.key, override.value, type(override.value)) == ("people.0.radius", value, type(value))
 
 
 def test_one_key_says_for_all_people_whether_they_see_the_robot():

@@ -3,7 +3,6 @@
 `run_commands` gives the command that repeats the episodes of a cell, which differ in their seed alone.
 """
 
-import json
 import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from mjnav.scene.overrides import override_text
 from mjnav.study.cells import variants
 from mjnav.study.compare.cell_rows import COLLISIONS, CellPlace, CellRows, cell_rows
 from mjnav.study.compare.study_comparison import rows_of
@@ -29,7 +29,7 @@ def run_commands(study: StudyFile, text: str, scenes: Mapping[str, str] | None =
     commands = {}
     for variant in variants(study, list(scenes)):
         values = {**flat(study.set), **variant.overrides}
-        pairs = [f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in values.items()]
+        pairs = [override_text(key, value) for key, value in values.items()]
         words = ["mjnav", "run", scenes[variant.scene], "--controller", variant.method.controller]
         for override in (*pairs, *given):
             words += ["--set", override]
