@@ -116,7 +116,7 @@ def _methods(arguments: argparse.Namespace) -> int:
     )
 
     def draw(console: "Console") -> None:
-        commands = run_commands(study, store.study()) if study is not None else {}
+        commands = run_commands(study, store) if study is not None else {}
         text.write(results, console)
         text.write_worst(results, worst_seeds(store, results.study), commands, console)
 

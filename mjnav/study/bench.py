@@ -254,8 +254,8 @@ def weakest(bench: Bench, store: Store, method: MethodEntry) -> Iterator[tuple[s
     """Of every suite in which the method did not always succeed: its name, its worst episode, and what repeats that."""
     for suite in bench.suites:
         study = suite.study([method])
-        shipped, paths = shipped_scenes(study), scene_paths(study)
-        commands = run_commands(study, "", {p if p in shipped else load_scenario(p).name: p for p in paths})
+        shipped, paths = shipped_scenes(study.scenes), scene_paths(study)
+        commands = run_commands(study, store, {p if p in shipped else load_scenario(p).name: p for p in paths})
         worst = [
             (seed, place)
             for place, (seed,) in worst_seeds(store, study.name, per_cell=1).items()

@@ -166,7 +166,8 @@ def sweep(
     if seeds is not None:
         study = study.with_seeds(seeds)
     given = tuple(overrides_of(overrides))
-    words = [f"--set={override_text(one.key, one.value)}" for one in given]
+    words = [f"--scene={scene}" for scene in scenes]
+    words += [f"--set={override_text(one.key, one.value)}" for one in given]
     store = Store(OUT_FOLDER / study.name if folder is None else path_text("folder", folder))
     with below("workers"):
         num = len(os.sched_getaffinity(0)) if workers is None else settled(Workers, workers)

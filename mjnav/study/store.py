@@ -29,12 +29,14 @@ import json
 import os
 import re
 import resource
+import shlex
 import stat
 import uuid
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -353,6 +355,19 @@ class Store:
             return ""
         except OSError as error:
             raise InputError(f"{self.folder / STUDY_FILE}: cannot be read: {error.strerror}") from None
+
+    def swept_with(self, option: str) -> list[str]:
+        """The values of an option of the sweep that last wrote here, as "--set"; none where its command is not known.
+
+        Raises InputError as `study` does.
+        """
+        first = self.study().partition("\n")[0]
+        try:
+            words = shlex.split(first.removeprefix(MARK)) if first.startswith(f"{MARK}sweep ") else []
+        except ValueError:  # no command line
+            return []
+        in_two_words = [value for word, value in pairwise(words) if word == option]
+        return in_two_words + [word.removeprefix(f"{option}=") for word in words if word.startswith(f"{option}=")]
 
     def rows(self, columns: Sequence[str] | None = None, *, failed: bool = True) -> "pyarrow.Table":
         """These `columns` of all rows (all of `COLUMNS` by default), in no particular order.

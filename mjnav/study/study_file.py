@@ -36,7 +36,7 @@ whole numbers are drawn; of a method of one's own, and of other keys of a run fi
 
 import operator
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from math import inf
@@ -309,14 +309,14 @@ def studies() -> dict[str, str]:
     return dict(describe(FOLDER))
 
 
-def shipped_scenes(study: StudyFile) -> list[str]:
-    """The scenes that the study names; not those that it gives by path."""
-    return [scene for scene in study.scenes if "/" not in scene and not scene.endswith(".toml")]
+def shipped_scenes(scenes: Iterable[str]) -> list[str]:
+    """The scenes that are named; not those that are given by path."""
+    return [scene for scene in scenes if "/" not in scene and not scene.endswith(".toml")]
 
 
 def scene_paths(study: StudyFile) -> list[str]:
     """Every scene as `load_scenario` takes it: a relative path counts from the study file's folder."""
-    shipped, folder = shipped_scenes(study), Path(study.source).parent
+    shipped, folder = shipped_scenes(study.scenes), Path(study.source).parent
     return [scene if scene in shipped else os.path.join(folder, Path(scene)) for scene in study.scenes]
 
 

@@ -9,6 +9,7 @@ import mjnav
 from mjnav.cli.main import main
 from mjnav.study.cells import resolve
 from mjnav.study.compare.worst_seeds import run_commands
+from mjnav.study.store import Store
 from mjnav.study.study_file import load_study
 from mjnav.study.sweep.sweep import trials
 from mjnav.study.trial import prepared, run_trial
@@ -37,7 +38,7 @@ def study_file(tmp_path):
 
 def test_the_command_of_a_seed_runs_the_same_episode(study_file, capsys):
     study = load_study(study_file)
-    commands = run_commands(study, study_file.read_text())
+    commands = run_commands(study, Store(study_file.parent / "none"))
     trial = trials(study, resolve(study))[5]
     program, *words = shlex.split(commands[trial.cell.scene, trial.cell.setting, trial.cell.method])
     assert program == "mjnav"

@@ -166,7 +166,7 @@ def html(
     """
     store = Store(results.folder)
     worst = worst_seeds(store, results.study)
-    way = _way(store.folder, run_commands(study, store.study()) if study is not None else {}, page)
+    way = _way(store.folder, run_commands(study, store) if study is not None else {}, page)
     own = frame("mjnav compare", "mjnav.report.comparison", ["page.css"], ["sort.js"])
     tables = "table" if len(results.tables) == 1 else "tables"
     made = f"Episodes run with mjnav {', '.join(results.revisions)}. {made}"

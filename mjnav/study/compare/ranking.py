@@ -64,7 +64,7 @@ def rank(store: Store, study: StudyFile | None) -> tuple[MethodRanking, ...]:
     cells = cell_rows(table)
     check_distinct(cells, store)
     worlds = _worlds(cells, _time_limits(store, study))
-    seeds, places = np.array(study.all_seeds), cells_of(study, cells)
+    seeds, places = np.array(study.all_seeds), cells_of(store, study, cells)
     done = {cell.place: len(np.intersect1d(seeds, cell.seeds)) for cell in cells}
     by_method: dict[str, list[CellRows]] = {}
     for cell in cells:

@@ -290,7 +290,7 @@ def compare_study(
     labels = Labels.of(study)
     num_scenes = len({cell.scene for cell in cells}) if pool or pool_all else 1
     num_settings = len({cell.setting for cell in cells}) if pool_all else 1
-    absent = tuple(labels.place(place) for place in cells_of(study, cells) if place not in places)
+    absent = tuple(labels.place(place) for place in cells_of(store, study, cells) if place not in places)
     if pool or pool_all:
         cells = pooled(cells, settings=pool_all)
     tables = compare(cells, reference=reference, figures=figures, rivals=rivals, labels=labels)
@@ -348,12 +348,12 @@ def rows_of(table: "pyarrow.Table", study: str) -> "pyarrow.Table":
     return table.filter(compute.field("study") == study)
 
 
-def cells_of(study: StudyFile | None, cells: Iterable[CellRows]) -> list[CellPlace]:
-    """The study's cells; of scenes given by path, those that have rows."""
+def cells_of(store: Store, study: StudyFile | None, cells: Iterable[CellRows]) -> list[CellPlace]:
+    """The study's cells, in the scenes of the sweep's command if it gave any; of scenes by path, those with rows."""
     if study is None:
         return []
-    scenes = list(dict.fromkeys([*shipped_scenes(study), *(cell.scene for cell in cells)]))
-    return [(variant.scene, *variant.names) for variant in variants(study, scenes)]
+    scenes = [*shipped_scenes(store.swept_with("--scene") or study.scenes), *(cell.scene for cell in cells)]
+    return [(variant.scene, *variant.names) for variant in variants(study, list(dict.fromkeys(scenes)))]
 
 
 def check_distinct(cells: Iterable[CellRows], store: Store) -> None:

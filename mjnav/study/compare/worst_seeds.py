@@ -4,9 +4,8 @@
 """
 
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -14,18 +13,18 @@ from mjnav.scene.overrides import override_text
 from mjnav.study.cells import variants
 from mjnav.study.compare.cell_rows import COLLISIONS, CellPlace, CellRows, cell_rows
 from mjnav.study.compare.study_comparison import rows_of
-from mjnav.study.store import MARK, PLACE_IN_STUDY, Store
+from mjnav.study.store import PLACE_IN_STUDY, Store
 from mjnav.study.study_file import StudyFile, flat, shipped_scenes
 
 
-def run_commands(study: StudyFile, text: str, scenes: Mapping[str, str] | None = None) -> Mapping[CellPlace, str]:
+def run_commands(study: StudyFile, store: Store, scenes: Mapping[str, str] | None = None) -> Mapping[CellPlace, str]:
     """`mjnav run ...` of every cell, to which a seed is to be added: ` --seed 3`.
 
-    `text` is the study file that the sweep left, whose first line is the sweep's command. Nothing that it names is
-    opened: without `scenes`, the names as they are in rows to the paths, scenes that are given by path have no command.
+    The scenes and values of the sweep's own command count, too. Nothing that the study names is opened: without
+    `scenes`, the names as they are in rows to the paths, scenes that are given by path have no command.
     """
-    given = list(_given(text))
-    scenes = scenes or {scene: scene for scene in shipped_scenes(study)}
+    given = store.swept_with("--set")
+    scenes = scenes or {scene: scene for scene in shipped_scenes([*study.scenes, *store.swept_with("--scene")])}
     commands = {}
     for variant in variants(study, list(scenes)):
         values = {**flat(study.set), **variant.overrides}
@@ -35,19 +34,6 @@ def run_commands(study: StudyFile, text: str, scenes: Mapping[str, str] | None =
             words += ["--set", override]
         commands[variant.scene, *variant.names] = shlex.join(words)
     return commands
-
-
-def _given(text: str) -> Iterator[str]:
-    """What --set of the sweep's own command gave."""
-    first = text.partition("\n")[0]
-    try:
-        words = shlex.split(first.removeprefix(MARK)) if first.startswith(MARK) else []
-    except ValueError:  # no command line
-        return
-    for option, value in pairwise(words):
-        if option == "--set":
-            yield value
-    yield from (word.removeprefix("--set=") for word in words if word.startswith("--set="))
 
 
 PER_CELL = 3

@@ -7,6 +7,7 @@ from mjnav.errors import InputError
 from mjnav.metrics.intervals import wilson
 from mjnav.study.compare.cell_rows import DEFAULT_FIGURES, cell_rows
 from mjnav.study.compare.study_comparison import compare, compare_study
+from mjnav.study.compare.worst_seeds import run_commands
 from mjnav.study.store import COLUMNS, Store
 from mjnav.study.study_file import load_study
 from tests.study.made_up import row
@@ -161,6 +162,16 @@ def test_missing_seeds_are_counted_against_the_study_cell_by_cell(store, study):
     assert found.absent == tuple(("crossing1", "noise.profile=bimodal", method) for method in methods)
     assert (found.num_episodes, found.num_missing) == (7, 2 + 1 + 3 * 3)
     assert [r.method for r in found.tables[0].rows] == list(methods)
+
+
+def test_scenes_of_the_sweeps_command_are_the_ones_that_count_and_can_be_run_again(store, study):
+    with store.writing(f"# mjnav sweep 'made up.toml' --scene crossing2 --scene=crossing3\n{STUDY}"):
+        store.append(cell("mean", [1, 3, 7], scene="crossing2"))
+    found = read(store, study)
+    assert {scene for scene, _, _ in found.absent} == {"crossing2", "crossing3"}
+    assert found.num_missing == 3 * (2 * 2 * 3 - 1)
+    command = run_commands(study, store)["crossing2", "noise.profile=pearson", "mean"]
+    assert command == "mjnav run crossing2 --controller mean --set noise.profile=pearson"
 
 
 def test_rows_of_another_study_are_left_out_and_told(store, study):
