@@ -256,7 +256,8 @@ def test_the_page_says_how_it_was_made_and_leads_to_the_worst_seeds(tmp_path):
     study = load_study("crossings")
     text = "# mjnav sweep crossings --set robot.radius=0.3\n" + study_text(study)
     store, log = Store(tmp_path / "results"), "logs/crossing1-pearson-saa-7-0123456789abcdef.mcap"
-    place = {"scene": "crossing1", "setting": "pearson", "study": study.name, "control": '{"weight": 2.0}'}
+    place = {"scene": "crossing1", "setting": "pearson", "study": study.name}
+    place |= {"controller": "saa", "control": '{"weight": 2.0}'}
     ends: list[dict[str, Any]] = [{"hit": True}, {"hit": True, "log": log}, {"error": "ZeroDivisionError: half way"}]
     other: dict[int, dict[str, Any]] = dict(zip((3, 5, 7), ends, strict=True))
     rows = [episode("saa", seed, 1.0 + seed, id=f"{seed:064d}", **place, **other.get(seed, {})) for seed in range(9)]

@@ -41,11 +41,9 @@ def reference(bench, small, tmp_path):
 
 
 def own(tmp_path, seeds, scene="dsrnn", hit=()):
-    store = Store(tmp_path / "own")
+    store, place = Store(tmp_path / "own"), {"scene": scene, "study": "bench dsrnn", "controller": "mine.py:Own"}
     with store.writing(""):
-        store.append(
-            [row("mine.py:Own", s, 0.5 + 0.01 * s, hit=s in hit, scene=scene, study="bench dsrnn") for s in seeds]
-        )
+        store.append([row("mine.py:Own", s, 0.5 + 0.01 * s, hit=s in hit, **place) for s in seeds])
     return store
 
 

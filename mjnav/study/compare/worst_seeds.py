@@ -13,26 +13,31 @@ from mjnav.scene.overrides import override_text
 from mjnav.study.cells import variants
 from mjnav.study.compare.cell_rows import COLLISIONS, CellPlace, CellRows, cell_rows
 from mjnav.study.compare.study_comparison import rows_of
-from mjnav.study.store import PLACE_IN_STUDY, Store
+from mjnav.study.store import CELL, PLACE_IN_STUDY, Store
 from mjnav.study.study_file import StudyFile, flat, shipped_scenes
 
 
 def run_commands(study: StudyFile, store: Store, scenes: Mapping[str, str] | None = None) -> Mapping[CellPlace, str]:
     """`mjnav run ...` of every cell, to which a seed is to be added: ` --seed 3`.
 
-    The scenes and values of the sweep's own command count, too. Nothing that the study names is opened: without
-    `scenes`, the names as they are in rows to the paths, scenes that are given by path have no command.
+    The scenes and values of the sweep's own command count, too. A controller is named as in the rows, where a file has
+    its whole path. Nothing that the study names is opened: without `scenes`, the names as they are in rows to the
+    paths, scenes that are given by path have no command.
     """
     given = store.swept_with("--set")
     scenes = scenes or {scene: scene for scene in shipped_scenes([*study.scenes, *store.swept_with("--scene")])}
+    rows = store.count_by((*CELL, "controller"))
+    controllers = {tuple(place): controller for name, *place, controller in rows if name == study.name}
     commands = {}
     for variant in variants(study, list(scenes)):
         values = {**flat(study.set), **variant.overrides}
         pairs = [override_text(key, value) for key, value in values.items()]
-        words = ["mjnav", "run", scenes[variant.scene], "--controller", variant.method.controller]
+        place = variant.scene, *variant.names
+        controller = controllers.get(place) or variant.method.controller
+        words = ["mjnav", "run", scenes[variant.scene], "--controller", controller]
         for override in (*pairs, *given):
             words += ["--set", override]
-        commands[variant.scene, *variant.names] = shlex.join(words)
+        commands[place] = shlex.join(words)
     return commands
 
 

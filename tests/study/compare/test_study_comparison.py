@@ -1,5 +1,7 @@
 """Tables of a sweep's rows, against figures worked out by hand from the same rows; and what is missing from a study."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from mjnav.study.compare.cell_rows import DEFAULT_FIGURES, cell_rows
 from mjnav.study.compare.study_comparison import compare, compare_study
 from mjnav.study.compare.worst_seeds import run_commands
 from mjnav.study.store import COLUMNS, Store
-from mjnav.study.study_file import load_study
+from mjnav.study.study_file import MethodEntry, load_study
 from tests.study.made_up import row
 
 pyarrow = pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
@@ -172,6 +174,14 @@ def test_scenes_of_the_sweeps_command_are_the_ones_that_count_and_can_be_run_aga
     assert found.num_missing == 3 * (2 * 2 * 3 - 1)
     command = run_commands(study, store)["crossing2", "noise.profile=pearson", "mean"]
     assert command == "mjnav run crossing2 --controller mean --set noise.profile=pearson"
+
+
+def test_a_controller_in_a_file_is_run_again_by_its_path_wherever_the_study_lies(store, study):
+    study = replace(study, methods=(MethodEntry("mine.py:Own"),))
+    store.append(cell("mine.py:Own", [1], controller="/home/me/mine.py:Own"))
+    commands = run_commands(study, store)
+    assert commands["crossing1", "noise.profile=pearson", "mine.py:Own"].split()[4] == "/home/me/mine.py:Own"
+    assert commands["crossing1", "noise.profile=bimodal", "mine.py:Own"].split()[4] == "mine.py:Own"  # without rows
 
 
 def test_rows_of_another_study_are_left_out_and_told(store, study):
