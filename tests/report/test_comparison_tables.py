@@ -7,6 +7,7 @@ import csv
 import io
 import json
 import re
+from functools import partial
 from math import isfinite
 from typing import Any
 
@@ -15,6 +16,7 @@ import pytest
 from rich.console import Console
 
 from mjnav.report.comparison.documents import csv_text, document, escaped, latex
+from mjnav.report.comparison.forest import forest, pareto
 from mjnav.report.comparison.html import html
 from mjnav.report.comparison.shown import PLAIN, shown_tables
 from mjnav.report.comparison.text import write
@@ -289,6 +291,15 @@ def test_the_page_says_how_it_was_made_and_leads_to_the_worst_seeds(tmp_path):
     assert f"<code>mjnav report {kept}</code>" in shown()
     kept.with_suffix(".html").write_text("")
     assert f'<a href="./results/{log.removesuffix(".mcap")}.html">report</a>' in shown()
+
+
+@pytest.mark.parametrize("draw", [forest, partial(pareto, cost="control_cost")])
+def test_panels_of_one_scene_are_told_apart_by_their_settings(results, tmp_path, draw):
+    assert [axes.get_title() for axes in draw(results).axes] == ["s\nn = 30", "t\nn = 30"]
+    store = Store(tmp_path)
+    store.append([episode("rkhs", 0, 1.0, scene="s", setting=setting) for setting in ("loud", "plain")])
+    titles = [axes.get_title() for axes in draw(compare_study(store, None)).axes]
+    assert titles == ["s\nloud\nn = 1", "s\nplain\nn = 1"]
 
 
 def test_hostile_labels_are_text_everywhere(hostile):

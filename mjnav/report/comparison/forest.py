@@ -16,6 +16,7 @@ ACROSS = 5  # panels in a row
 PANEL, LABELS, ROW = 1.9, 1.6, 0.19  # [inch] width of a panel and of the methods' names, height of a method's line
 HEAD = 0.65  # [inch] above and below the lines of a panel
 WIDE = 4.0  # an axis of ratios from its least to its greatest, from which on 1, 2 and 5 are enough marks
+LINE = 0.15  # [inch] height of a line of a panel's title
 SQUARE = 3.2  # [inch] side of a panel over a cost
 OWN, OTHERS = "#c1440e", "#33475b"  # of the method from which the others differ, and of those
 
@@ -75,6 +76,8 @@ def _panels(
     results: StudyComparison, width: float, height: float, *, sharex: bool
 ) -> tuple[Figure, list[tuple[Any, Comparison]]]:
     """An empty figure, and the axes of every table, each `width` by `height` [inch]."""
+    several = len({table.scene for table in results.tables}) < len(results.tables)  # settings of a scene
+    height += LINE * several
     across = min(len(results.tables), ACROSS)
     down = ceil(len(results.tables) / across)
     figure = Figure(figsize=(LABELS + width * across, down * height), dpi=110, layout="constrained")
@@ -87,7 +90,8 @@ def _panels(
         num = max((row.num for row in table.rows), default=0)
         seen = sight(table.people).replace("people ", "").replace(" the robot", "")
         about = f"n = {num}" + (f", people {seen}" if seen in ("see", "do not see") else "")
-        axes.set_title(f"{table.scene}\n{about}", fontsize=8)
+        place = f"{table.scene}\n{table.setting_label}" if several else table.scene
+        axes.set_title(f"{place}\n{about}", fontsize=8)
     return figure, list(zip(panels, results.tables, strict=False))
 
 
