@@ -47,7 +47,7 @@ from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.output_files import path_text
 from mjnav.rng import stream
-from mjnav.scene.draws import drawing, is_draw, kind_of
+from mjnav.scene.draws import Draw, drawing, is_draw, kind_of
 from mjnav.scene.library import data_folder, describe
 from mjnav.scene.load import read_text
 from mjnav.scene.ranges import MAX_SEED, Seed
@@ -61,7 +61,7 @@ Overrides = Mapping[str, object]  # as tables in one another, or by dotted keys
 
 
 MAX_COUNT = 10_000
-MAX_REDRAWS = 1000  # of a setting, until it is none of those before
+MAX_REDRAWS = 10_000  # of a setting, until it is none of those before
 _DIGITS = 3  # significant ones of a drawn number: a setting can be typed in
 _PERIOD = 1.0 / Control().rate  # [s] of the default parameters
 
@@ -96,18 +96,18 @@ class Search(Settled):
         values = _by_key(self.ranges)
         defaults = shipped_parameters(controller, _PERIOD)
         hints = {key: _hint(key, defaults) for key in values}
+        draws: dict[str, Draw] = {}
         for key, value in values.items():
             with below(key.removeprefix("control.")):
-                drawing(hints[key], value)
+                draws[key] = drawing(hints[key], value)
         streams = self._streams(study, label)
         known = {f"control.{key}": getattr(defaults, key) for key in keys(type(defaults))} if defaults else {}
         first: dict[str, object] = {key: {**known, **standing}.get(key) for key in values}
-        found = [first]
-        for _ in range(MAX_REDRAWS + self.count):
-            if len(found) == self.count:
-                break
-            drawn = {key: _rounded(one, drawing(hints[key], one)(key, streams)) for key, one in values.items()}
-            if drawn not in found:
+        found, redraws = [first], 0
+        while len(found) < self.count and redraws < MAX_REDRAWS:
+            drawn = {key: _rounded(one, draws[key](key, streams)) for key, one in values.items()}
+            redraws = redraws + 1 if drawn in found else 0
+            if not redraws:
                 found.append(drawn)
         if len(found) < self.count:
             raise InvalidValue("count", self.count, f"at most {len(found)}: its values make no more settings")

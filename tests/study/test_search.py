@@ -92,6 +92,12 @@ def test_a_setting_that_the_method_has_as_it_stands_is_not_drawn():
         settings(Search(4, None, degrees))
 
 
+def test_a_count_that_the_values_fill_is_drawn_however_often_one_comes_again():
+    values = [float(i) for i in range(1, 401)]
+    found = settings(Search(400, None, {"weight": {"one_of": values}}), standing={"control.weight": 1.0})[1:]
+    assert sorted(one["control.weight"] for one in found) == values[1:]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
