@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from mjnav.study.bench import Bench
 
 QUICK = 0.1  # of the layouts
+OF_EPISODES = ("quick", "share", "workers", "scheduler", "max_seconds", "accept_changed")
 SHARE = options.number(float, 0.0, 1.0, open_low=True)
 
 
@@ -38,7 +39,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--suite", action="append", default=[], metavar="NAME", help="one of the suites; repeatable")
     some = parser.add_mutually_exclusive_group()
     some.add_argument("--quick", action="store_true", help="a tenth of the layouts")
-    some.add_argument("--share", type=SHARE, default=1.0, metavar="X", help="another share of the layouts")
+    some.add_argument("--share", type=SHARE, metavar="X", help="another share of the layouts")
     parser.add_argument(
         "--set",
         action="append",
@@ -64,8 +65,12 @@ def execute(arguments: argparse.Namespace) -> int:
     outputs = output_paths(arguments)
     if arguments.pareto not in (None, *FIGURES):
         raise unknown_name("--pareto", arguments.pareto, [figure for figure in FIGURES if is_cost(figure)])
-    share = QUICK if arguments.quick else arguments.share
-    if arguments.reference and (arguments.methods or arguments.suite or arguments.overrides):
+    options.check_needs("--set", "METHOD", given=bool(arguments.overrides), met=bool(arguments.methods))
+    for name in OF_EPISODES:
+        given, met = bool(getattr(arguments, name)), bool(arguments.methods or arguments.reference)
+        options.check_needs(f"--{name.replace('_', '-')}", "METHOD or --reference", given=given, met=met)
+    share = QUICK if arguments.quick else arguments.share or 1.0
+    if arguments.reference and (arguments.methods or arguments.suite):
         raise InputError("--reference runs all methods of the file of suites in all of them")
     scheduler = options.chosen_scheduler(arguments)
     bench = Bench.load(arguments.suites).only(arguments.suite)

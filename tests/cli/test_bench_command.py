@@ -52,6 +52,18 @@ def test_values_that_are_no_parameter_and_no_share_are_refused(mjnav):
     assert (said.code, "--reference runs all" in said.err) == (2, True)
 
 
+@pytest.mark.parametrize(
+    ("option", "needed"),
+    [
+        ("--set weight=3", "METHOD"),
+        *((option, "METHOD or --reference") for option in ("--quick", "--share 1", "--workers 1", "--max-seconds 9")),
+    ],
+)
+def test_an_option_of_episodes_is_refused_where_none_is_run(mjnav, option, needed):
+    said = mjnav("bench", *option.split())
+    assert (said.code, said.err) == (2, f"mjnav: {option.split()[0]} needs {needed}\n")
+
+
 OWN = """
 schema = 1
 [set]
