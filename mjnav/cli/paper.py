@@ -37,7 +37,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from mjnav.paper import ITEMS, load
     from mjnav.paper.episodes import studies
     from mjnav.paper.page import page
-    from mjnav.study.store import Store
+    from mjnav.study.store import Store, check_results_folder
 
     names = list(ITEMS) if arguments.only is None else arguments.only
     for name in names:
@@ -45,6 +45,7 @@ def execute(arguments: argparse.Namespace) -> int:
             raise unknown_name("--only", name, ITEMS)
     seeds = arguments.seeds if arguments.seeds is not None else QUICK_SEEDS if arguments.quick else None
     folder = Path(arguments.output or (QUICK_FOLDER if arguments.quick else FOLDER))
+    check_results_folder(folder)
     wanted = studies(map(load, names), seeds)
     store = Store(folder / ROWS)
     scheduler = options.chosen_scheduler(arguments)

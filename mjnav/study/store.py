@@ -408,8 +408,7 @@ class Store:
         """Raises InputError where something has the name of a sweep's file but was not written by one."""
         if not os.path.lexists(self.folder):
             return
-        if not self.folder.is_dir():
-            raise InputError(f"{self.folder}: found {_kind(self.folder)}; allowed: a folder for results, or none yet")
+        check_results_folder(self.folder)
         lock, study = self.folder / LOCK, self.folder / STUDY_FILE
         foreign = [path for path in self._shards(DONE, FAILED) if not SHARD.fullmatch(path.name) or _kind(path) != FILE]
         if os.path.lexists(lock) and (_kind(lock) != FILE or lock.stat().st_size):
@@ -484,6 +483,12 @@ class Store:
                 partial.unlink(missing_ok=True)
             reason = error.strerror or " ".join(str(error).split())
             raise MjnavError(f"{path}: {reason}") from None
+
+
+def check_results_folder(folder: Path) -> None:
+    """Raises InputError where the path is of something else than a folder."""
+    if os.path.lexists(folder) and not folder.is_dir():
+        raise InputError(f"{folder}: found {_kind(folder)}; allowed: a folder for results, or none yet")
 
 
 def _kind(path: Path) -> str:

@@ -32,3 +32,9 @@ def test_a_page_can_be_drawn_of_nothing(mjnav, tmp_path):
     said = mjnav("paper", "--only", "lane", "--draw", "-o", "out")
     assert (said.code, said.err) == (0, "mjnav: lane: no episode was run yet\n")
     assert "Not run: " in (tmp_path / "out/index.html").read_text()
+
+
+def test_a_file_in_the_place_of_the_folder_is_refused_before_anything_is_drawn(mjnav, tmp_path):
+    (tmp_path / "out").write_text("mine")
+    said = mjnav("paper", "--only", "lane", "--draw", "-o", "out")
+    assert (said.code, said.err) == (2, "mjnav: out: found a file; allowed: a folder for results, or none yet\n")
