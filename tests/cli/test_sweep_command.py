@@ -60,3 +60,12 @@ def test_an_episode_that_breaks_is_counted_by_its_cause_and_can_be_retried(sweep
     assert retry == "  --retry-failed runs them again"
     assert "4 episodes, 0 of them" in sweep("--seeds", 2, "--resume").out
     assert "4 episodes, 2 of them" in sweep("--seeds", 2, "--retry-failed").out
+
+
+def test_a_detour_that_is_asked_for_later_is_told_as_a_change(sweep, tmp_path):
+    assert sweep("--seeds", 1).code == 0
+    (tmp_path / "two.toml").write_text(STUDY.replace("[set]", "detour = true\n[set]"))
+    said = sweep("--seeds", 2, "--resume")
+    assert (said.code, "made: detour was false, is true (2 rows). Nothing was written" in said.err) == (2, True)
+    assert sweep("--seeds", 2, "--resume", "--accept-changed").code == 0
+    assert sweep("--seeds", 3, "--resume").code == 0

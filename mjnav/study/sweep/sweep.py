@@ -9,7 +9,7 @@ import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -20,7 +20,7 @@ from mjnav.loop.provenance import FACTS, OWN_SOURCES, SOURCES, changes, shown
 from mjnav.scene.toml import parse
 from mjnav.study.cells import Cell
 from mjnav.study.keep import ALL, LOGS, NONE, Keep, check_kind, log_name, make_logs_folder
-from mjnav.study.store import CELL, MADE_WITH, Row, Store
+from mjnav.study.store import CELL, MADE_WITH, STUDY_FILE, Row, Store
 from mjnav.study.study_file import StudyFile
 from mjnav.study.sweep.schedulers import Scheduler
 from mjnav.study.trial import Trial, made_with
@@ -80,19 +80,31 @@ def origins(store: Store, *, failed: bool = True) -> Iterator[RowOrigin]:
 def changes_since(wanted: Sequence[Trial], store: Store, *, failed: bool = True) -> Counter[str]:
     """What has changed since the store's rows of these trials' cells were made, in words; for how many rows each.
 
-    Without `failed`, rows with an error do not count. Raises MjnavError where a shard is damaged.
+    Without `failed`, rows with an error do not count. Rows do not say whether `detour` was asked for; the study file
+    that the last sweep left does. Raises MjnavError where a shard is damaged.
     """
-    cells = {trial.cell_place: trial.cell for trial in wanted}
+    asked = {trial.cell_place: trial for trial in wanted}
+    swept = _swept(store)
     counts: Counter[str] = Counter()
     for origin in origins(store, failed=failed):
-        cell = cells.get(origin.cell)
-        if cell is not None:
+        trial = asked.get(origin.cell)
+        if trial is not None:
+            cell = trial.cell
             control = cell.control if origin.control else ""
             keys = _different_keys([(origin.scenario, origin.control), (cell.document, control)])
             texts = [f"{key} was {was}, is {now}" for key, (was, now) in keys]
+            if swept.get("name") == trial.study and swept["detour"] != trial.detour:
+                texts.append(f"detour was {_value_text(swept, 'detour')}, is {json.dumps(trial.detour)}")
             texts += changes(origin.made_with, made_with(cell.controller, cell.document))
             counts.update(dict.fromkeys(texts, origin.count))
     return counts
+
+
+def _swept(store: Store) -> Mapping[str, object]:
+    """The study file of the last sweep, with `detour`; nothing else where there is none, or it is no TOML."""
+    with suppress(InvalidValue):
+        return {"detour": False, **parse(store.study(), STUDY_FILE)}
+    return {"detour": False}
 
 
 def changes_line(counts: Mapping[str, int]) -> str:
