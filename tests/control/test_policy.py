@@ -1,6 +1,7 @@
 """What a learned policy sees: exact in small cases, and the same wherever the world is put."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -167,7 +168,7 @@ def test_an_action_comes_back_from_its_command(action):
 
 class Constant(PolicyController):
     features = ("robot", "people")
-    action: object = (0.5, 0.1)
+    action: Any = (0.5, 0.1)
 
     def act(self, blocks):
         assert sorted(blocks) == ["people", "robot"]
