@@ -18,15 +18,8 @@ from mjnav.control.base import Controller
 from mjnav.control.parameters import CHANGE_WEIGHT, RATED_PERIOD, LoopParameters, check_memory
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits, number
-from mjnav.settings.plugins import (
-    ControllerPlugin,
-    construct,
-    find,
-    name_of,
-    own_parameters,
-    parameters_type,
-    registered_place,
-)
+from mjnav.settings import plugins
+from mjnav.settings.plugins import ControllerPlugin
 
 # --------------------------------------------------------------------------- controllers of one's own
 
@@ -235,24 +228,26 @@ def make_controller(name: Any, robot_limits: RobotLimits, period: float, /, **pa
     what tuning found, by its class the class's defaults. Raises InvalidValue for a name that does not exist, for a
     parameter that the method does not have, and for a value that is not allowed.
     """
-    name = name_of(name)
+    name = plugins.name_of(name)
     if not number("period", period) > 0.0:
         raise InvalidValue("period", period, "a finite number > 0")
     if not isinstance(robot_limits, RobotLimits):
         raise InvalidValue("robot_limits", robot_limits, "RobotLimits")
     method = shipped(name)
-    registered_place(ControllerPlugin, name, METHODS)
-    kind: Any = method.controller_class if method else find(ControllerPlugin, name, METHODS)
+    plugins.registered_place(ControllerPlugin, name, METHODS)
+    kind: Any = method.controller_class if method else plugins.find(ControllerPlugin, name, METHODS)
     if not isclass(kind):
         return _object(name, kind, parameters)
     preset = _preset(method, period)
-    kind_of_parameters = parameters_type(ControllerPlugin, name, kind, LoopParameters)
-    own = construct(ControllerPlugin, name, partial(own_parameters, name, kind_of_parameters, parameters, preset))
+    kind_of_parameters = plugins.parameters_type(ControllerPlugin, name, kind, LoopParameters)
+    own = plugins.construct(
+        ControllerPlugin, name, partial(plugins.own_parameters, name, kind_of_parameters, parameters, preset)
+    )
     check_memory(own)
     if method is not None:
         return method.controller_class(robot_limits, period, own)
-    made = construct(ControllerPlugin, name, kind, robot_limits, period, own)
-    return construct(ControllerPlugin, name, completed_controller, name, made, own)
+    made = plugins.construct(ControllerPlugin, name, kind, robot_limits, period, own)
+    return plugins.construct(ControllerPlugin, name, completed_controller, name, made, own)
 
 
 def shipped_parameters(name: str, period: float, /, **parameters: Any) -> LoopParameters | None:
@@ -264,7 +259,7 @@ def shipped_parameters(name: str, period: float, /, **parameters: Any) -> LoopPa
     if method is None:
         return None
     kind = method.controller_class.parameters_type
-    return own_parameters(name, kind, parameters, _preset(method, period))
+    return plugins.own_parameters(name, kind, parameters, _preset(method, period))
 
 
 def _preset(method: Method | None, period: float) -> dict[str, Any]:

@@ -10,25 +10,14 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import IO, Any
 
-from mcap.records import (
-    Attachment,
-    AttachmentIndex,
-    Channel,
-    Footer,
-    Header,
-    McapRecord,
-    Message,
-    Metadata,
-    MetadataIndex,
-    Schema,
-    Statistics,
-)
+from mcap import records
 
 from mjnav.errors import DamagedLogError
 from mjnav.log.log_format import RECOVERED, appearing, check_path, mcap_writer
 from mjnav.log.read.records import LostBytes, open_file, read_records
 
 MAX_RANGES = 200  # of lost bytes that are listed
+NAMED = (records.Attachment, records.AttachmentIndex, records.Metadata, records.MetadataIndex)
 OnByte = Callable[[int], None]
 
 
@@ -68,26 +57,26 @@ def recover(
     return recovery
 
 
-def _counted(records: Iterable[McapRecord | LostBytes]) -> Recovery:
+def _counted(read: Iterable[records.McapRecord | LostBytes]) -> Recovery:
     """What the records of a file amount to."""
     topics: dict[int, str] = {}
     kept: Counter[int] = Counter()
     expected: Mapping[int, int] | None = None
-    names = {kind: Counter[str]() for kind in (Attachment, AttachmentIndex, Metadata, MetadataIndex)}
+    names = {kind: Counter[str]() for kind in NAMED}
     ranges: list[LostBytes] = []
     has_end = False
-    for record in records:
-        if isinstance(record, Message):
+    for record in read:
+        if isinstance(record, records.Message):
             kept[record.channel_id] += 1
         elif isinstance(record, LostBytes):
             ranges.append(record)
-        elif isinstance(record, Channel):
+        elif isinstance(record, records.Channel):
             topics[record.id] = record.topic
-        elif isinstance(record, Statistics):
+        elif isinstance(record, records.Statistics):
             expected = record.channel_message_counts
-        elif isinstance(record, Footer):
+        elif isinstance(record, records.Footer):
             has_end = True
-        elif isinstance(record, Attachment | AttachmentIndex | Metadata | MetadataIndex):
+        elif isinstance(record, NAMED):
             names[type(record)][record.name] += 1
     lost = Counter(expected or {})
     lost.subtract(kept)
@@ -101,12 +90,12 @@ def _counted(records: Iterable[McapRecord | LostBytes]) -> Recovery:
         "unknown_topics": [unknown_topic(channel) for channel in sorted(kept.keys() - topics)],
         "topics": _by_topic({**dict.fromkeys(topics, 0), **kept}, topics),
         "topics_lost": _by_topic(+lost, topics),
-        "attachments": sorted(names[Attachment].elements()),
-        "attachments_lost": sorted((names[AttachmentIndex] - names[Attachment]).elements()),
-        "metadata": sorted(names[Metadata].elements()),
-        "metadata_lost": sorted((names[MetadataIndex] - names[Metadata]).elements()),
+        "attachments": sorted(names[records.Attachment].elements()),
+        "attachments_lost": sorted((names[records.AttachmentIndex] - names[records.Attachment]).elements()),
+        "metadata": sorted(names[records.Metadata].elements()),
+        "metadata_lost": sorted((names[records.MetadataIndex] - names[records.Metadata]).elements()),
         # They have no checksum of their own, and that of all data does not fit.
-        "unchecked": {} if intact else {f"metadata {name}": count for name, count in names[Metadata].items()},
+        "unchecked": {} if intact else {f"metadata {name}": count for name, count in names[records.Metadata].items()},
         "bytes_lost": sum(part.end - part.start for part in ranges),
         "num_ranges": len(ranges),
         "ranges": [asdict(part) for part in ranges[:MAX_RANGES]],
@@ -129,27 +118,28 @@ def _by_topic(counts: Mapping[int, int], topics: Mapping[int, str]) -> dict[str,
 def _write(log: Path, recovery: Recovery, file: IO[bytes], on_byte: OnByte) -> None:
     """A new file, whose numbers of schemas and channels may be others."""
     writer = mcap_writer(file)
-    header = next((record for record in read_records(log) if isinstance(record, Header)), Header("", ""))
+    headers = (record for record in read_records(log) if isinstance(record, records.Header))
+    header = next(headers, records.Header("", ""))
     writer.start(profile=header.profile, library="mjnav recover")
     schemas: dict[int, int] = {}
     channels: dict[int, int] = {}
     for record in read_records(log, on_byte):
-        if isinstance(record, Message):
+        if isinstance(record, records.Message):
             if record.channel_id not in channels:
                 channels[record.channel_id] = writer.register_channel(unknown_topic(record.channel_id), "", 0)
             channel = channels[record.channel_id]
             writer.add_message(channel, record.log_time, record.data, record.publish_time, record.sequence)
-        elif isinstance(record, Schema) and record.id not in schemas:
+        elif isinstance(record, records.Schema) and record.id not in schemas:
             schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
-        elif isinstance(record, Channel) and record.id not in channels:
+        elif isinstance(record, records.Channel) and record.id not in channels:
             schema = schemas.get(record.schema_id, 0)  # 0: without a schema, as the format has it
             channels[record.id] = writer.register_channel(
                 record.topic, record.message_encoding, schema, record.metadata
             )
-        elif isinstance(record, Attachment):
+        elif isinstance(record, records.Attachment):
             writer.flush()  # so that it comes behind the messages before it
             writer.add_attachment(record.create_time, record.log_time, record.name, record.media_type, record.data)
-        elif isinstance(record, Metadata):
+        elif isinstance(record, records.Metadata):
             writer.flush()
             writer.add_metadata(record.name, record.metadata)
     writer.flush()

@@ -6,23 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mjnav import messages
 from mjnav.control import Controller
 from mjnav.errors import InvalidValue, PluginFault
 from mjnav.filters.particles import shuffled
 from mjnav.geometry.angles import circular_mean, mean_pose
-from mjnav.messages import (
-    Array,
-    Beliefs,
-    Decision,
-    Event,
-    Lanes,
-    Observation,
-    ObstacleSamples,
-    Reading,
-    RobotBelief,
-    Scan,
-    Track,
-)
+from mjnav.messages import Array, Beliefs
 from mjnav.motion.unicycle import command_bounds
 from mjnav.rng import stream
 from mjnav.robot.caution import Caution
@@ -63,7 +52,8 @@ class Navigator:
             self._local = local_map.LocalMap(scenario)
         self._sanity = Sanity(scenario)
         self._caution = Caution(scenario, self._sanity) if estimators else None
-        self._believed: RobotBelief | None = None  # by the robot's own estimators, of the tick that is predicted
+        # By the robot's own estimators, of the tick that is predicted.
+        self._believed: messages.RobotBelief | None = None
         self._effect = 0.0  # [s] at which a decision of that tick takes effect
         self._localizer: Localizer | None = make_localizer(scenario, seed) if estimators else None
         self._tracker: Tracker | None = make_tracker(scenario, seed) if estimators else None
@@ -86,7 +76,7 @@ class Navigator:
         self._decided = np.zeros(2)
         self._wayfinder = None if scenario.route is None else Wayfinder(scenario.route, limits)
         self._lidar = scenario.sensors.scanner
-        self._scanned: Reading | None = None  # the latest one with a scan
+        self._scanned: messages.Reading | None = None  # the latest one with a scan
 
     @cached_property
     def controller(self) -> Controller:
@@ -114,7 +104,7 @@ class Navigator:
         """The point of the route that the robot is on its way to, (2,)."""
         return self._route[0]
 
-    def estimate(self, readings: tuple[Reading, ...], beliefs: Beliefs | None) -> Beliefs | None:
+    def estimate(self, readings: tuple[messages.Reading, ...], beliefs: Beliefs | None) -> Beliefs | None:
         """The beliefs after the readings; those before where there are none. The first tick always has one.
 
         Without estimators there are none.
@@ -135,7 +125,7 @@ class Navigator:
         self.follow_route(beliefs.robot.mean)
         return beliefs
 
-    def _draw_map(self, local: "LocalMap", reading: Reading, beliefs: Beliefs) -> None:
+    def _draw_map(self, local: "LocalMap", reading: messages.Reading, beliefs: Beliefs) -> None:
         """Everything on board goes by what the scans have shown so far."""
         from mjnav.robot.estimation.lidar.local_map import MappingLocalizer
         from mjnav.robot.estimation.lidar.tracker import LidarTracker
@@ -152,7 +142,7 @@ class Navigator:
         if self._caution is not None:
             self._caution.learn(local)
 
-    def take_events(self) -> tuple[Event, ...]:
+    def take_events(self) -> tuple[messages.Event, ...]:
         """What the robot noticed since the last call."""
         noticed = (self._sanity, self._caution, self._wayfinder)
         return tuple(event for part in noticed if part is not None for event in part.take_events())
@@ -163,7 +153,7 @@ class Navigator:
             self._route.pop(0)
             self.on_last_leg = len(self._route) == 1
 
-    def predict(self, tick: int, beliefs: Beliefs, *, own: bool = True) -> Observation:
+    def predict(self, tick: int, beliefs: Beliefs, *, own: bool = True) -> messages.Observation:
         """Samples of all beliefs at the moment at which the decision of this tick takes effect.
 
         The beliefs are those of `estimate`, or with `own` false somebody else's. Without prediction the moment is taken
@@ -186,7 +176,7 @@ class Navigator:
             mean = np.append(position, circular_mean(pose[:, 2]))
             self._wayfinder.follow(belief.time, mean, goal, floor.known, beliefs.people, unseen)
             goal, way = self._wayfinder.ahead(position)
-        return Observation(
+        return messages.Observation(
             robot_pose=sealed(pose), control_noise=sealed(noise), twist=sealed(self._decided),
             obstacles=(*self._predict_people(beliefs.people, people, effect, pose), *floor.discs(position)),
             goal=sealed(goal), walls=sealed(floor.walls(position)), lanes=self._observe_lanes(num), time=effect,
@@ -194,8 +184,8 @@ class Navigator:
         )  # fmt: skip
 
     def _predict_people(
-        self, tracks: tuple[Track, ...], drawn: tuple[Array, ...], effect: float, pose: Array
-    ) -> list[ObstacleSamples]:
+        self, tracks: tuple[messages.Track, ...], drawn: tuple[Array, ...], effect: float, pose: Array
+    ) -> list[messages.ObstacleSamples]:
         """Everybody from the moment of effect on, at which the robot's poses are (N, 3)."""
         samples = np.array(drawn).reshape(-1, self._num_samples, 4)
         robot = self._robot_now(pose) if isinstance(self._predictor, OwnPredictor) else None  # mjnav's look at no robot
@@ -204,7 +194,7 @@ class Navigator:
         ahead, turns = people.ahead, [True] * len(tracks) if people.turns is None else people.turns.tolist()
         ways = [sealed(ahead[p]) if ahead is not None and turns[p] else None for p in range(len(tracks))]
         rows = zip(sealed(people.position), sealed(people.velocity), radii, ways, strict=True)
-        return [ObstacleSamples(*person, people.step) for person in rows]
+        return [messages.ObstacleSamples(*person, people.step) for person in rows]
 
     def _robot_now(self, pose: Array) -> RobotNow:
         """The robot at its mean of poses (N, 3), moving as was decided last."""
@@ -212,14 +202,14 @@ class Navigator:
         velocity = self._decided[0] * np.array([np.cos(mean[2]), np.sin(mean[2])])
         return RobotNow(mean[:2], velocity, self._scenario.robot.radius)
 
-    def decide(self, observation: Observation) -> Decision:
+    def decide(self, observation: messages.Observation) -> messages.Decision:
         """The controller's decision, brought within the robot's limits and within what the robot knows.
 
         Raises PluginFault for what is no decision of finite numbers.
         """
         decision = self.controller.decide(observation)
         name = self._scenario.control.method
-        if not isinstance(decision, Decision):
+        if not isinstance(decision, messages.Decision):
             found = f"{reprlib.repr(decision)} ({type(decision).__name__})"
             raise PluginFault(f"{name}: decide() returned {found} in place of a Decision")
         try:
@@ -232,7 +222,7 @@ class Navigator:
             return decision
         return self._caution.limited(decision, self._believed, self._effect, float(self._decided[0]))
 
-    def limited(self, decision: Decision) -> Decision:
+    def limited(self, decision: messages.Decision) -> messages.Decision:
         """A decision within the robot's limits; what was chosen beyond them is its `wish`.
 
         Raises InvalidValue for what is no decision of finite numbers.
@@ -245,9 +235,9 @@ class Navigator:
         wish = float(decision.v), float(decision.omega)
         v, omega = (min(high, max(low, u)) for low, u, high in zip(self._low, wish, self._high, strict=True))
         changed = None if (v, omega) == wish else wish
-        return Decision(v, omega, decision.status, costs, wish=changed, plan=plan)
+        return messages.Decision(v, omega, decision.status, costs, wish=changed, plan=plan)
 
-    def actuate(self, tick: int, decision: Decision, spent: float) -> tuple[Array, list[tuple[float, Array]]]:
+    def actuate(self, tick: int, decision: messages.Decision, spent: float) -> tuple[Array, list[tuple[float, Array]]]:
         """Puts a decision under way, after `spent` [s] of computing.
 
         Returns the command in force when the period begins, and those that take force within it, by their offset [s].
@@ -267,21 +257,21 @@ class Navigator:
         """The same of beliefs that were handed over."""
         return self._draw("robot", beliefs.robot, num), tuple(self._draw(t.name, t, num) for t in beliefs.people)
 
-    def _draw(self, body: str, belief: RobotBelief | Track, num: int) -> Array:
+    def _draw(self, body: str, belief: messages.RobotBelief | messages.Track, num: int) -> Array:
         """`num` particles by weight, from a stream that is named as the estimators': like beliefs, like samples."""
         if body not in self._draws:
             self._draws[body] = stream(self._seed, DRAWS, body)
         return shuffled(belief.particles, belief.weights, num, self._draws[body])
 
-    def _observe_scan(self) -> Scan | None:
+    def _observe_scan(self) -> messages.Scan | None:
         """The latest whole scan; a slow lidar has none for every reading."""
         reading, lidar = self._scanned, self._lidar
         if reading is None:
             return None
-        return Scan(reading.time, lidar.angles, sealed(reading.scan), sealed(reading.scan_times), lidar.mount)
+        return messages.Scan(reading.time, lidar.angles, sealed(reading.scan), sealed(reading.scan_times), lidar.mount)
 
-    def _observe_lanes(self, num: int) -> Lanes | None:
+    def _observe_lanes(self, num: int) -> messages.Lanes | None:
         if self._lanes is None:
             return None
         left, right = sealed(self._lane_noise.sample(self._lane_rng, (2, num)))
-        return Lanes(self._lanes.left, self._lanes.right, left, right)
+        return messages.Lanes(self._lanes.left, self._lanes.right, left, right)

@@ -29,17 +29,7 @@ from numpy.typing import NDArray
 from mjnav.errors import InvalidValue
 from mjnav.geometry.floor import TOUCH, FreeSpace
 from mjnav.messages import Array
-from mjnav.scene.bodies import (
-    Box,
-    Disc,
-    Strip,
-    leg_discs,
-    met_by_people,
-    met_by_robot,
-    pillar_disc,
-    top_box,
-    wall_box,
-)
+from mjnav.scene import bodies
 from mjnav.scene.faults import check_kidnappings
 from mjnav.scene.people import ConstantVelocity, Person, Replay, Row, StopAndGo, Walker
 from mjnav.scene.published import check_case
@@ -116,9 +106,9 @@ def check_robot_way(scenario: Scenario) -> None:
     """
     robot, half_width = scenario.robot, scenario.robot.limits.half_width
     points = [robot.start[:2], *robot.route]
-    bodies = met_by_robot(scenario.walls, scenario.tables, scenario.pillars)
-    strips = [Strip(start, end, 0.0, half_width) for start, end in pairwise(points)]
-    if not any(strip.meets(body) for strip in strips for body in bodies):
+    met = bodies.met_by_robot(scenario.walls, scenario.tables, scenario.pillars)
+    strips = [bodies.Strip(start, end, 0.0, half_width) for start, end in pairwise(points)]
+    if not any(strip.meets(body) for strip in strips for body in met):
         return
     cut_off = _space(scenario).first_cut_off(points, half_width, tolerance=robot.goal_tolerance)
     if cut_off is not None:
@@ -154,23 +144,23 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
     if scenario.published is not None:
         check_case(scenario.published, scenario)
     check_lidar(scenario.sensors.scanner, robot.radius, scenario.physics.timestep)
-    walls = [wall_box(f"walls.{i}", wall) for i, wall in enumerate(scenario.walls)]
-    tops = [top_box(f"tables.{i}", table) for i, table in enumerate(scenario.tables)]
-    legs = [leg for i, table in enumerate(scenario.tables) for leg in leg_discs(f"tables.{i}", table)]
-    pillars = [pillar_disc(f"pillars.{i}", pillar) for i, pillar in enumerate(scenario.pillars)]
-    people = [Disc(f"people.{i}", p.start, p.radius) for i, p in enumerate(scenario.people)]
+    walls = [bodies.wall_box(f"walls.{i}", wall) for i, wall in enumerate(scenario.walls)]
+    tops = [bodies.top_box(f"tables.{i}", table) for i, table in enumerate(scenario.tables)]
+    legs = [leg for i, table in enumerate(scenario.tables) for leg in bodies.leg_discs(f"tables.{i}", table)]
+    pillars = [bodies.pillar_disc(f"pillars.{i}", pillar) for i, pillar in enumerate(scenario.pillars)]
+    people = [bodies.Disc(f"people.{i}", p.start, p.radius) for i, p in enumerate(scenario.people)]
 
     for i, (top, table) in enumerate(zip(tops, scenario.tables, strict=True)):
         for other in (*(wall for wall in walls if wall.height >= top.height), *tops[:i]):
             if top.overlaps(other):
                 raise InvalidValue(f"{top.key}.position", table.position, f"a place clear of {other.key}")
-        for leg in leg_discs(top.key, table):
+        for leg in bodies.leg_discs(top.key, table):
             for wall in walls:
                 _keep_apart(leg, wall, f"{top.key}.position", table.position)
     for pillar in pillars:
         for other in (*(top for top in tops if pillar.height >= top.height), *legs):
             _keep_apart(pillar, other, f"{pillar.key}.position", pillar.centre)
-    around = met_by_people(scenario.walls, scenario.tables, scenario.pillars)
+    around = bodies.met_by_people(scenario.walls, scenario.tables, scenario.pillars)
     for person in people:
         for other in around:
             _keep_apart(person, other, f"{person.key}.start", person.centre)
@@ -179,10 +169,11 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
     check_trips(scenario)
     (x, y, heading), limits = robot.start, robot.limits
     body = [
-        Disc("robot", (x + ahead * cos(heading), y + ahead * sin(heading)), radius) for ahead, radius in limits.discs
+        bodies.Disc("robot", (x + ahead * cos(heading), y + ahead * sin(heading)), radius)
+        for ahead, radius in limits.discs
     ]
     there = [disc for disc, person in zip(people, scenario.people, strict=True) if person.from_the_start]
-    met = met_by_robot(scenario.walls, scenario.tables, scenario.pillars)
+    met = bodies.met_by_robot(scenario.walls, scenario.tables, scenario.pillars)
     for disc, other in product(body, (*met, *there)):
         _keep_apart(disc, other, "robot.start", robot.start)
     check_kidnappings(scenario.faults, robot.radius, met)
@@ -196,12 +187,12 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
 
 def overlapping_people(scenario: Scenario) -> list[tuple[int, int]]:
     """The pairs of people who overlap at the start, by their places in the scenario."""
-    discs = [Disc("", person.start, person.radius) for person in scenario.people]
+    discs = [bodies.Disc("", person.start, person.radius) for person in scenario.people]
     there = [i for i, person in enumerate(scenario.people) if person.from_the_start]
     return [(i, j) for i, j in combinations(there, 2) if discs[i].radius - discs[j].distance(discs[i].centre) > TOUCH]
 
 
-def _keep_apart(disc: Disc, other: Disc | Box, key: str, found: object) -> None:
+def _keep_apart(disc: bodies.Disc, other: bodies.Disc | bodies.Box, key: str, found: object) -> None:
     missing = disc.radius - other.distance(disc.centre)
     if missing > TOUCH:
         raise InvalidValue(key, found, f"a place clear of {other.key}, {missing:.3f} m further away")

@@ -16,17 +16,7 @@ import numpy as np
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 from mjnav.printable import printable
-from mjnav.scene.crowd import (
-    STANDING,
-    Crowd,
-    Recording,
-    Track,
-    Tracks,
-    TrackSplines,
-    in_window,
-    read_recording,
-    tracks_of,
-)
+from mjnav.scene import crowd as crowds
 from mjnav.settings import read
 
 # ------------------------------------------------------------------------------------------ survey
@@ -71,7 +61,7 @@ class Survey:
     windows: tuple[Window, ...]
 
 
-def survey(tracks: Sequence[Track], step: float, length: float) -> Survey:
+def survey(tracks: Sequence[crowds.Track], step: float, length: float) -> Survey:
     """The figures of at least one track; `step` [s] between rows, `length` [s] of the windows."""
     rows = np.concatenate([track.rows for track in tracks])
     there = np.array([track.rows[-1, 0] - track.rows[0, 0] for track in tracks])
@@ -90,7 +80,7 @@ def survey(tracks: Sequence[Track], step: float, length: float) -> Survey:
     )
 
 
-def _moments(tracks: Sequence[Track], step: float) -> Moments:
+def _moments(tracks: Sequence[crowds.Track], step: float) -> Moments:
     """Positions at every whole number of steps [s]; straight on between rows."""
     found: list[Array] = []
     for track in tracks:
@@ -103,7 +93,7 @@ def _moments(tracks: Sequence[Track], step: float) -> Moments:
     return dict(zip(steps.astype(int).tolist(), np.split(rows[:, 1:], first)[1:], strict=True))
 
 
-def _windows(tracks: Sequence[Track], moments: Moments, step: float, length: float) -> Iterator[Window]:
+def _windows(tracks: Sequence[crowds.Track], moments: Moments, step: float, length: float) -> Iterator[Window]:
     enters, leaves = (np.sort([track.rows[row, 0] for track in tracks]) for row in (0, -1))
     steps = np.array(list(moments), float)
     sizes = np.array([len(positions) for positions in moments.values()], int)
@@ -116,11 +106,13 @@ def _windows(tracks: Sequence[Track], moments: Moments, step: float, length: flo
         yield Window(start, end, people, min(people, int(within.max(initial=0))), closest)
 
 
-def _speeds(tracks: Sequence[Track]) -> Speeds:
+def _speeds(tracks: Sequence[crowds.Track]) -> Speeds:
     speeds = np.concatenate([track.speeds for track in tracks])
-    walking = speeds[speeds > STANDING]
+    walking = speeds[speeds > crowds.STANDING]
     median = float(np.median(walking)) if len(walking) else None
-    return Speeds(median, float(np.quantile(speeds, 0.95)), float(speeds.max()), float((speeds <= STANDING).mean()))
+    return Speeds(
+        median, float(np.quantile(speeds, 0.95)), float(speeds.max()), float((speeds <= crowds.STANDING).mean())
+    )
 
 
 def _closest(positions: Array) -> float | None:
@@ -140,10 +132,10 @@ MAX_WINDOWS = 50_000  # more than a run's longest time has of the usual length
 class Imported:
     """A recording as a table [crowd] reads it."""
 
-    crowd: Crowd
+    crowd: crowds.Crowd
     table: Mapping[str, Any]  # the keys of [crowd] that were given
-    recording: Recording
-    tracks: Tracks
+    recording: crowds.Recording
+    tracks: crowds.Tracks
     survey: Survey
 
 
@@ -153,9 +145,9 @@ def import_crowd(path: str | os.PathLike[str], table: Mapping[str, Any], length:
     Raises InvalidValue, of a key of `table` or with the file.
     """
     file = os.fspath(path)
-    crowd = read(Crowd, {**table, "file": file})
-    recording = read_recording(file)
-    tracks = tracks_of(recording, crowd)
+    crowd = read(crowds.Crowd, {**table, "file": file})
+    recording = crowds.read_recording(file)
+    tracks = crowds.tracks_of(recording, crowd)
     if not tracks.tracks:
         found = f"{len(recording.frame)} rows of {len(recording.labels)} people, {recording.num_repeated} repeated"
         cuts = f"{tracks.num_jumps} jumps and {tracks.num_gaps} gaps cut them"
@@ -170,7 +162,7 @@ def import_crowd(path: str | os.PathLike[str], table: Mapping[str, Any], length:
     )
 
 
-def choose_window(tracks: Sequence[Track], length: float, people: int | None) -> tuple[float, float]:
+def choose_window(tracks: Sequence[crowds.Track], length: float, people: int | None) -> tuple[float, float]:
     """The first part of `length` [s], in whole seconds, in which the number of people is nearest to `people`.
 
     Without a number, the one with most people. A shorter recording is taken whole.
@@ -187,7 +179,7 @@ def choose_window(tracks: Sequence[Track], length: float, people: int | None) ->
 
 def scene_tables(found: Imported, window: tuple[float, float], output: Path) -> dict[str, Any]:
     """The tables of the run file `output`: the people of a window [s], and a robot that crosses their area."""
-    people = in_window(found.tracks.tracks, *window)
+    people = crowds.in_window(found.tracks.tracks, *window)
     if not people:
         end = max(track.rows[-1, 0] for track in found.tracks.tracks)
         raise InvalidValue("window", window, f"a window in which somebody walks; the recording ends at {end:g} s")
@@ -215,7 +207,7 @@ _SHARES = (0.5, 0.3, 0.7, 0.1, 0.9)  # of an edge's length
 
 
 def robot_way(
-    tracks: Sequence[Track], first: float, last: float
+    tracks: Sequence[crowds.Track], first: float, last: float
 ) -> tuple[tuple[float, float, float], tuple[float, float]]:
     """The start (x, y [m], heading [rad]) and the goal (x, y [m]) of a robot that crosses the area of the people.
 
@@ -249,19 +241,19 @@ def _ways(low: Array, high: Array) -> Iterator[tuple[Array, Array]]:
             yield goal, start
 
 
-def _within(track: Track, first: float, last: float) -> Array:
+def _within(track: crowds.Track, first: float, last: float) -> Array:
     """Where a person is in a window, at its ends and at the rows within: (k, 2)."""
     time = track.rows[:, 0]
     times = np.concatenate([time[(time > first) & (time < last)], np.clip([first, last], time[0], time[-1])])
     return np.stack([np.interp(times, time, track.rows[:, i]) for i in (1, 2)], axis=1)
 
 
-def _positions(tracks: Sequence[Track], first: float, last: float) -> Array:
+def _positions(tracks: Sequence[crowds.Track], first: float, last: float) -> Array:
     """Where people are between two times, every 0.1 s: (n, 2); who comes and goes counts all the time."""
     there = [track.rows for track in tracks if track.rows[0, 0] < last and track.rows[-1, 0] > first]
     if not there:
         return np.empty((0, 2))
-    splines = TrackSplines(there)
+    splines = crowds.TrackSplines(there)
     return np.concatenate([splines.positions(float(time)) for time in np.arange(first, last + 0.05, 0.1)])
 
 

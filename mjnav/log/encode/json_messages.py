@@ -14,21 +14,10 @@ import msgspec
 import numpy as np
 from msgspec import UNSET, Meta, Struct, UnsetType
 
+from mjnav import messages
 from mjnav.log.encode.candidates import chosen_candidate
 from mjnav.log.encode.protobuf import Schema
-from mjnav.messages import (
-    PHASES,
-    Array,
-    Decision,
-    Detection,
-    Reading,
-    RobotBelief,
-    TickRecord,
-    TickTiming,
-    Track,
-    Way,
-    WorldState,
-)
+from mjnav.messages import Array
 
 # --------------------------------------------------------------------------------------------- messages
 
@@ -194,7 +183,7 @@ Timing = msgspec.defstruct(
     "Timing",
     [
         ("tick", Tick),
-        *((f"{phase}_ns", int) for phase in PHASES),
+        *((f"{phase}_ns", int) for phase in messages.PHASES),
         ("lateness_ns", Annotated[int, Meta(description="start behind its deadline")]),
         ("deadline_missed", bool),
     ],
@@ -264,14 +253,14 @@ def _builtin(value: Any) -> Any:
 _encode = msgspec.json.Encoder(enc_hook=_builtin).encode
 
 
-def encode_robot(tick: int, truth: WorldState, belief: RobotBelief | None) -> bytes:
+def encode_robot(tick: int, truth: messages.WorldState, belief: messages.RobotBelief | None) -> bytes:
     """mjnav.RobotState."""
     estimate = belief and RobotEstimate(belief.mean, belief.covariance, belief.ess, belief.recovered)
     particles = UNSET if belief is None else len(belief.weights)
     return _encode(RobotState(tick, truth.time, truth.robot_pose, truth.robot_twist, estimate, particles))
 
 
-def encode_odometry(reading: Reading) -> bytes:
+def encode_odometry(reading: messages.Reading) -> bytes:
     """mjnav.Odometry."""
     v, omega = reading.odometry.tolist()
     known = (reading.time, reading.interval, v, omega, reading.gyro, reading.pose, reading.odometry_pose)
@@ -283,12 +272,12 @@ def encode_command(tick: int, command: Array) -> bytes:
     return _encode(Command(tick, *command.tolist()))
 
 
-def encode_way(tick: int, way: Way, drawn: Array) -> bytes:
+def encode_way(tick: int, way: messages.Way, drawn: Array) -> bytes:
     """mjnav.Way."""
     return _encode(PlannedWay(tick, way.number, way.line, drawn))
 
 
-def encode_decision(tick: int, decision: Decision) -> bytes:
+def encode_decision(tick: int, decision: messages.Decision) -> bytes:
     """mjnav.Decision."""
     nominal = cost = None
     if (costs := decision.costs) is not None:
@@ -303,7 +292,7 @@ def encode_decision(tick: int, decision: Decision) -> bytes:
     )
 
 
-def encode_people_truth(tick: int, truth: WorldState) -> bytes:
+def encode_people_truth(tick: int, truth: messages.WorldState) -> bytes:
     """mjnav.People: where they are."""
     radii = [UNSET] * len(truth.people_position) if truth.people_radius is None else truth.people_radius.tolist()
     states = zip(truth.people_position.tolist(), truth.people_velocity.tolist(), radii, strict=True)
@@ -311,7 +300,7 @@ def encode_people_truth(tick: int, truth: WorldState) -> bytes:
     return _encode(People(tick, people))
 
 
-def _believed(track: Track) -> PersonState:
+def _believed(track: messages.Track) -> PersonState:
     position, velocity = track.mean[:2], track.mean[2:]
     life = (track.age, track.unseen) if track.age or track.unseen else ()
     return PersonState(
@@ -319,24 +308,24 @@ def _believed(track: Track) -> PersonState:
     )
 
 
-def encode_people_estimate(record: TickRecord) -> bytes:
+def encode_people_estimate(record: messages.TickRecord) -> bytes:
     """mjnav.People: where they are believed to be, and what the detector said."""
     detections = UNSET if record.reading is None else record.reading.detections
     return _encode(People(record.tick, [_believed(track) for track in record.tracks], detections))
 
 
-def encode_detections(tick: int, found: Sequence[Detection]) -> bytes:
+def encode_detections(tick: int, found: Sequence[messages.Detection]) -> bytes:
     """mjnav.Detections."""
     parts = [LoggedDetection(one.time, one.position, one.covariance, one.radius, one.num_beams) for one in found]
     return _encode(Detections(tick, parts))
 
 
-def encode_contacts(tick: int, truth: WorldState) -> bytes:
+def encode_contacts(tick: int, truth: messages.WorldState) -> bytes:
     """mjnav.Contacts."""
     return _encode(Contacts(tick, [LoggedContact(c.kind, c.name, c.force, c.time) for c in truth.contacts]))
 
 
-def encode_timing(timing: TickTiming) -> bytes:
+def encode_timing(timing: messages.TickTiming) -> bytes:
     """mjnav.TickTiming."""
     return _encode(Timing(timing.tick, *timing.phases, timing.lateness, timing.deadline_missed))
 

@@ -22,13 +22,7 @@ from mjnav.motion.unicycle import integrate_rows
 from mjnav.noise import Distribution
 from mjnav.noise.correlated import Copula
 from mjnav.rng import stream
-from mjnav.robot.estimation.base import (
-    HEADING,
-    UNKNOWN_TWIST_STD,
-    Likelihood,
-    PoseEstimator,
-    widened,
-)
+from mjnav.robot.estimation import base
 
 POSE_CHANNELS = ("pose.x", "pose.y", "pose.theta")
 ODOMETRY_CHANNELS = ("odometry.v", "odometry.omega")
@@ -42,7 +36,7 @@ ROUGHENING = 1.5  # K of `filters.particles.roughen`: 4 % of variance; with 0.5 
 PATIENCE = 3  # unexplained readings in a row: a single one is more often an outlier than a lost robot
 
 
-class ParticleLocalizer(PoseEstimator):
+class ParticleLocalizer(base.PoseEstimator):
     """Monte Carlo localisation (Thrun, Burgard & Fox 2005, table 8.2) with the noise as it is, not a Gaussian.
 
     Predict: (v, omega)_i = odometry - noise draw, through the unicycle over the reading's interval.
@@ -58,10 +52,10 @@ class ParticleLocalizer(PoseEstimator):
         """`lasting` has correlation times [s]; the errors of other channels are independent."""
         super().__init__(seed)
         self._num = num_particles
-        odometry = {channel: widened(channel, noise[channel]) for channel in ODOMETRY_CHANNELS}
+        odometry = {channel: base.widened(channel, noise[channel]) for channel in ODOMETRY_CHANNELS}
         self._drifts = {c: Drift(Copula.of(law, lasting[c])) for c, law in odometry.items() if c in lasting}
         self._odometry = [self._drifts.get(channel, law) for channel, law in odometry.items()]
-        self._likelihoods = [Likelihood.of(channel, noise[channel], EPSILON) for channel in POSE_CHANNELS]
+        self._likelihoods = [base.Likelihood.of(channel, noise[channel], EPSILON) for channel in POSE_CHANNELS]
         rows = [(row, channel) for row, channel in enumerate(POSE_CHANNELS) if channel in lasting]
         self._lasting = [(row, Copula.of(self._likelihoods[row].noise, lasting[channel])) for row, channel in rows]
         self._errors, self._seen = np.zeros((3, num_particles)), 0.0  # of the latest pose reading, and its time [s]
@@ -87,7 +81,7 @@ class ParticleLocalizer(PoseEstimator):
             if "pose" not in reading.dropped:
                 recovered = self._correct(particles, reading)
                 particles = self._started(reading) if recovered else particles
-        mean, covariance = weighted_moments(particles, self._weights, HEADING)
+        mean, covariance = weighted_moments(particles, self._weights, base.HEADING)
         size, weights = ess(self._weights), self._weights
         offset = self._resampling.random()  # one a reading, used or not, so that seeds stay paired
         self._particles = particles
@@ -167,8 +161,8 @@ class SkiddingLocalizer(ParticleLocalizer):
         dropped = (*reading.dropped, *["odometry"] * ("gyro" in reading.dropped))
         found = super()._moved(particles, replace(reading, odometry=np.array([v, omega]), dropped=dropped))
         slid = SLIDE * v * omega * reading.interval * self._slide_stream.standard_normal(len(found))
-        found[:, 0] -= slid * np.sin(found[:, HEADING])
-        found[:, 1] += slid * np.cos(found[:, HEADING])
+        found[:, 0] -= slid * np.sin(found[:, base.HEADING])
+        found[:, 1] += slid * np.cos(found[:, base.HEADING])
         return found
 
 
@@ -193,7 +187,7 @@ def moved(
     num = len(particles)
     twist = reading.odometry[:, None] - [channel.sample(rng, num) for channel, rng in zip(noise, streams, strict=True)]
     if "odometry" in reading.dropped:
-        for values, std, rng in zip(twist, UNKNOWN_TWIST_STD, streams, strict=True):
+        for values, std, rng in zip(twist, base.UNKNOWN_TWIST_STD, streams, strict=True):
             values += std * rng.standard_normal(num)
     return integrate_rows(particles, twist[0], twist[1], reading.interval)
 
@@ -201,5 +195,5 @@ def moved(
 def pose_samples(reading: Reading, noise: list[Distribution], num: int, rng: np.random.Generator) -> Array:
     """Measurement - noise draws, (num, 3), headings in (-pi, pi]."""
     samples = reading.pose - np.stack([channel.sample(rng, num) for channel in noise], axis=-1)
-    samples[:, HEADING] = wrap(samples[:, HEADING])
+    samples[:, base.HEADING] = wrap(samples[:, base.HEADING])
     return samples

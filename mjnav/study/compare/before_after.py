@@ -11,16 +11,8 @@ from dataclasses import dataclass, replace
 
 from mjnav.errors import InputError
 from mjnav.study.cells import Labels
-from mjnav.study.compare.cell_rows import (
-    DEFAULT_FIGURES,
-    WIN_BY,
-    CellPlace,
-    CellRows,
-    cell_rows,
-    check_figures,
-    columns_for,
-    expanded,
-)
+from mjnav.study.compare import cell_rows
+from mjnav.study.compare.cell_rows import CellPlace, CellRows
 from mjnav.study.compare.estimates import common
 from mjnav.study.compare.study_comparison import NEEDED, Comparison, MethodRow, check_distinct, compare, corrected_rows
 from mjnav.study.store import Store, check_own
@@ -104,7 +96,7 @@ def before_after(
     before: Store,
     after: Store,
     *,
-    figures: Sequence[str] = DEFAULT_FIGURES,
+    figures: Sequence[str] = cell_rows.DEFAULT_FIGURES,
     study: StudyFile | None = None,
 ) -> BeforeAfter:
     """Compares the cells that two stores share; the rates are always among the figures. Labels are those of `study`.
@@ -112,8 +104,8 @@ def before_after(
     Raises InputError where they have no seed of a cell in common, InvalidValue for an unknown figure, MjnavError where
     a shard is damaged.
     """
-    figures = expanded(figures)
-    check_figures(figures)
+    figures = cell_rows.expanded(figures)
+    cell_rows.check_figures(figures)
     if before.folder.resolve() == after.folder.resolve():
         raise InputError(f"{before.folder} and {after.folder} are the same folder")
     was, now = _cells(before, figures), _cells(after, figures)
@@ -139,8 +131,8 @@ def before_after(
 
 def _cells(store: Store, figures: Sequence[str]) -> dict[CellPlace, CellRows]:
     """The cells of a folder. Raises InputError, InvalidValue, MjnavError."""
-    columns = dict.fromkeys((*NEEDED, WIN_BY, *TEXTS, *columns_for(figures)))
-    cells = cell_rows(store.rows(list(columns)))
+    columns = dict.fromkeys((*NEEDED, cell_rows.WIN_BY, *TEXTS, *cell_rows.columns_for(figures)))
+    cells = cell_rows.cell_rows(store.rows(list(columns)))
     check_distinct(cells, store)
     check_own(figures, cells[0].columns)
     return {cell.place: cell for cell in cells}

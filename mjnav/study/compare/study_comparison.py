@@ -20,32 +20,8 @@ import numpy as np
 from mjnav.errors import InputError, unknown_name
 from mjnav.messages import Array
 from mjnav.study.cells import Labels, variants
-from mjnav.study.compare.cell_rows import (
-    COLLISIONS,
-    DEFAULT_FIGURES,
-    LAYOUT,
-    PEOPLE,
-    RATES,
-    WIN_BY,
-    CellPlace,
-    CellRows,
-    cell_rows,
-    check_figures,
-    columns_for,
-    expanded,
-    pooled,
-)
-from mjnav.study.compare.estimates import (
-    Difference,
-    Estimate,
-    Rivals,
-    WinRatio,
-    all_rivals,
-    corrected,
-    differences,
-    estimates,
-    win_ratio,
-)
+from mjnav.study.compare import cell_rows, estimates
+from mjnav.study.compare.cell_rows import CellPlace, CellRows
 from mjnav.study.store import Store, check_own
 from mjnav.study.study_file import StudyFile, shipped_scenes
 from mjnav.study.sweep.sweep import Inconsistency, inconsistencies
@@ -55,7 +31,8 @@ if TYPE_CHECKING:
 
 # The columns that every table is made of.
 NEEDED = (
-    *("study", "scene", "setting", "method", "seed", "success", *COLLISIONS, PEOPLE, LAYOUT),
+    *("study", "scene", "setting", "method", "seed", "success"),
+    *(*cell_rows.COLLISIONS, cell_rows.PEOPLE, cell_rows.LAYOUT),
     *("ticks", "infeasible_ticks", "compute_ms_control_p50", "compute_ms_control_p99"),
 )
 TEXTS = ("error", "revision", "machine")
@@ -75,10 +52,10 @@ class MethodRow:
     num_missing: int  # seeds of the study without a row
     num_layouts: int  # of those with a result: one of a scene that draws nothing
     num_units: int  # of evidence: episodes, or where several are of one layout, layouts
-    figures: Mapping[str, Estimate]  # RATES and those asked for
-    differences: Mapping[str, Difference]  # the same; empty for the reference itself
+    figures: Mapping[str, estimates.Estimate]  # RATES and those asked for
+    differences: Mapping[str, estimates.Difference]  # the same; empty for the reference itself
     plain: Mapping[str, float]  # infeasible share of all ticks; medians over episodes of times of decisions
-    wins: WinRatio | None = None  # against the reference; None of the reference itself and without one
+    wins: estimates.WinRatio | None = None  # against the reference; None of the reference itself and without one
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +69,7 @@ class Comparison:
     rows: tuple[MethodRow, ...]
     people: tuple[str, ...] = ()  # how many people see the robot: the values of `PEOPLE`, each once
     num_layouts: int = 1  # that its episodes have, all methods together: one of a scene that draws nothing
-    rivals: tuple[Rivals, ...] = ()  # every two methods, where they were asked for
+    rivals: tuple[estimates.Rivals, ...] = ()  # every two methods, where they were asked for
 
     @property
     def title(self) -> str:
@@ -104,7 +81,7 @@ class Comparison:
         """What people read in the place of the reference."""
         return next((row.label for row in self.rows if row.method == self.reference), self.reference)
 
-    def rivals_of(self, method: str) -> Iterator[tuple[str, WinRatio]]:
+    def rivals_of(self, method: str) -> Iterator[tuple[str, estimates.WinRatio]]:
         """The win ratios of a method against every other one."""
         for pair in self.rivals:
             if pair.method == method:
@@ -117,7 +94,7 @@ def compare(
     cells: Sequence[CellRows],
     *,
     reference: str | None = None,
-    figures: Sequence[str] = DEFAULT_FIGURES,
+    figures: Sequence[str] = cell_rows.DEFAULT_FIGURES,
     rivals: bool = False,
     labels: Labels = NO_LABELS,
 ) -> Iterator[Comparison]:
@@ -125,7 +102,7 @@ def compare(
 
     `reference` is a method's name, by default the first. Raises InvalidValue for an unknown method or figure.
     """
-    check_figures(figures)
+    cell_rows.check_figures(figures)
     methods = {cell.method for cell in cells}
     if reference is not None and reference not in methods:
         raise unknown_name("reference", reference, methods)
@@ -139,20 +116,20 @@ def compare(
             setting,
             labels.settings.get(setting, setting),
             base.method if base is not None else "",
-            tuple(_rows(of_table, base, (*RATES, *figures), labels)),
-            _distinct(PEOPLE, of_table),
-            max(len(_distinct(LAYOUT, of_table)), 1),
-            all_rivals(of_table) if rivals else (),
+            tuple(_rows(of_table, base, (*cell_rows.RATES, *figures), labels)),
+            _distinct(cell_rows.PEOPLE, of_table),
+            max(len(_distinct(cell_rows.LAYOUT, of_table)), 1),
+            estimates.all_rivals(of_table) if rivals else (),
         )
 
 
 def _rows(cells: Sequence[CellRows], base: CellRows | None, figures: Sequence[str], labels: Labels) -> list[MethodRow]:
-    changes: dict[str, Mapping[str, Difference]] = {}
-    wins: dict[str, WinRatio] = {}
+    changes: dict[str, Mapping[str, estimates.Difference]] = {}
+    wins: dict[str, estimates.WinRatio] = {}
     if base is not None:
         others = [cell for cell in cells if cell is not base]
-        changes = dict(zip((cell.method for cell in others), differences(others, base, figures), strict=True))
-        wins = {cell.method: win_ratio(cell, base) for cell in others}
+        changes = dict(zip((cell.method for cell in others), estimates.differences(others, base, figures), strict=True))
+        wins = {cell.method: estimates.win_ratio(cell, base) for cell in others}
     rows = [
         MethodRow(
             method=cell.method,
@@ -160,7 +137,7 @@ def _rows(cells: Sequence[CellRows], base: CellRows | None, figures: Sequence[st
             num=len(cell.seeds),
             num_failed=int(cell.failed.sum()),
             num_missing=cell.num_missing,
-            num_layouts=max(len(cell.distinct(LAYOUT)), 1),
+            num_layouts=max(len(cell.distinct(cell_rows.LAYOUT)), 1),
             num_units=len(cell.seeds if cell.units is None else np.unique(cell.units)),
             figures=own,
             differences=changes.get(cell.method, {}),
@@ -171,7 +148,7 @@ def _rows(cells: Sequence[CellRows], base: CellRows | None, figures: Sequence[st
             },
             wins=wins.get(cell.method),
         )
-        for cell, own in zip(cells, estimates(cells, figures), strict=True)
+        for cell, own in zip(cells, estimates.estimates(cells, figures), strict=True)
     ]
     return corrected_rows(rows)
 
@@ -180,10 +157,10 @@ def corrected_rows(rows: Sequence[MethodRow]) -> list[MethodRow]:
     """Rows with Holm's correction over all that are compared with another, of each figure by itself."""
     compared = [row for row in rows if row.wins is not None]
     of_figures = {
-        name: iter(corrected([row.differences[name] for row in compared]))
+        name: iter(estimates.corrected([row.differences[name] for row in compared]))
         for name in (compared[0].differences if compared else ())
     }
-    wins = iter(corrected([row.wins for row in compared if row.wins is not None]))
+    wins = iter(estimates.corrected([row.wins for row in compared if row.wins is not None]))
     return [
         row
         if row.wins is None
@@ -258,7 +235,7 @@ def compare_study(
     study: StudyFile | None,
     *,
     reference: str | None = None,
-    figures: Sequence[str] = DEFAULT_FIGURES,
+    figures: Sequence[str] = cell_rows.DEFAULT_FIGURES,
     pool: bool = False,
     pool_all: bool = False,
     rivals: bool = False,
@@ -272,15 +249,15 @@ def compare_study(
     Raises InputError where there are no rows or rows of
     several studies, InvalidValue for an unknown figure or reference, MjnavError for a damaged store.
     """
-    asked = expanded(figures)
-    check_figures(asked)
+    asked = cell_rows.expanded(figures)
+    cell_rows.check_figures(asked)
     if not store.has_rows():
         raise InputError(f"{store.folder}: no results of a sweep")
-    table = store.rows(list(dict.fromkeys((*NEEDED, WIN_BY, *TEXTS, *columns_for(asked)))))
+    table = store.rows(list(dict.fromkeys((*NEEDED, cell_rows.WIN_BY, *TEXTS, *cell_rows.columns_for(asked)))))
     names = _distinct_values(table, "study")
     name = _name_of_study(names, study, store)
     table = rows_of(table, name)
-    cells = cell_rows(table, [method.identifier for method in study.methods] if study else ())
+    cells = cell_rows.cell_rows(table, [method.identifier for method in study.methods] if study else ())
     check_distinct(cells, store)
     check_own(asked, cells[0].columns)
     figures = _measured(figures, cells)
@@ -292,7 +269,7 @@ def compare_study(
     num_settings = len({cell.setting for cell in cells}) if pool_all else 1
     absent = tuple(labels.place(place) for place in cells_of(store, study, cells) if place not in places)
     if pool or pool_all:
-        cells = pooled(cells, settings=pool_all)
+        cells = cell_rows.pooled(cells, settings=pool_all)
     tables = compare(cells, reference=reference, figures=figures, rivals=rivals, labels=labels)
     return StudyComparison(
         folder=str(store.folder),
@@ -317,13 +294,13 @@ def _measured(figures: Sequence[str], cells: Sequence[CellRows]) -> tuple[str, .
 
     What is asked for by name beside the default ones stays.
     """
-    num = len(DEFAULT_FIGURES)
-    named = expanded(figures[num:] if tuple(figures[:num]) == DEFAULT_FIGURES else figures)
+    num = len(cell_rows.DEFAULT_FIGURES)
+    named = cell_rows.expanded(figures[num:] if tuple(figures[:num]) == cell_rows.DEFAULT_FIGURES else figures)
 
     def measured(figure: str) -> bool:
-        return any(np.isfinite(cell.columns[name]).any() for cell in cells for name in columns_for([figure]))
+        return any(np.isfinite(cell.columns[name]).any() for cell in cells for name in cell_rows.columns_for([figure]))
 
-    return tuple(figure for figure in expanded(figures) if figure in named or measured(figure))
+    return tuple(figure for figure in cell_rows.expanded(figures) if figure in named or measured(figure))
 
 
 def _name_of_study(names: Sequence[str], study: StudyFile | None, store: Store) -> str:

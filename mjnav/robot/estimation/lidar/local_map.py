@@ -42,15 +42,8 @@ from mjnav.geometry.surfels import Surfels, frame_error, normal_equations, surfe
 from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.robot.estimation.base import HEADING, assumed_noise, error_at
 from mjnav.robot.estimation.kalman import Gaussian, symmetrised
+from mjnav.robot.estimation.lidar import scan_matching
 from mjnav.robot.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
-from mjnav.robot.estimation.lidar.scan_matching import (
-    MAP_STD,
-    MatchingLocalizer,
-    ScanMatch,
-    best_match,
-    centred,
-    weighted_law,
-)
 from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import floor_of_lidar
 
@@ -73,7 +66,7 @@ class LocalMap:
         self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
         self._history = MotionHistory(TwistSensors.of(noise, robot.limits))
         self._radius = robot.limits.half_width
-        self._mode = weighted_law(self._noise)[0]
+        self._mode = scan_matching.weighted_law(self._noise)[0]
         x, y, _ = robot.start
         self._grid = evidence_grid.EvidenceGrid.around(x, y, min(HALF, self._lidar.max_range + SLACK))
         self._known = floor_of_lidar(scenario)  # of the map that the robot has from the start
@@ -94,7 +87,7 @@ class LocalMap:
         points = scan_points(reading, self._history, self._lidar, self._noise)
         if len(points) != len(self._lidar.angles) or not np.isfinite(robot.mean).all():
             return False
-        points, _ = centred(points, reading.scan, self._lidar, self._noise, self._mode)
+        points, _ = scan_matching.centred(points, reading.scan, self._lidar, self._noise, self._mode)
         self._centre(robot.mean)
         c, s = np.cos(robot.mean[HEADING]), np.sin(robot.mean[HEADING])
         met = np.isfinite(points[:, 0])
@@ -164,7 +157,7 @@ def within(points: Array, discs: Array) -> NDArray[np.bool_]:
     return np.any(x * x + y * y < discs[:, 2] ** 2, axis=1)
 
 
-class MappingLocalizer(MatchingLocalizer):
+class MappingLocalizer(scan_matching.MatchingLocalizer):
     """The robot's pose on its own map."""
 
     def __init__(self, scenario: Scenario, seed: int):
@@ -208,14 +201,14 @@ class MappingLocalizer(MatchingLocalizer):
         points[within([x, y] + points @ np.array([[c, s], [-s, c]]), self._walkers)] = np.nan
         return points
 
-    def _match(self, points: Array, std: Array, guess: Array) -> ScanMatch:
+    def _match(self, points: Array, std: Array, guess: Array) -> scan_matching.ScanMatch:
         surfels, met = self._surfels, np.isfinite(points[:, 0])
         points, variance = np.ascontiguousarray(points[met]), std[met] ** 2
 
         def equations(pose: Array, m: float) -> tuple[Array, Array, float]:
-            return normal_equations(surfels, points, variance, pose, MAP_STD**2, m)
+            return normal_equations(surfels, points, variance, pose, scan_matching.MAP_STD**2, m)
 
-        match = best_match(equations, len(points) if surfels else 0, guess, self._inflation)
+        match = scan_matching.best_match(equations, len(points) if surfels else 0, guess, self._inflation)
         if surfels and match.explained > 0.0:
             self._matched[UPPER] = self._matched.T[UPPER] = frame_error(surfels, points, match.pose)
         return match
