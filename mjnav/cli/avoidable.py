@@ -1,12 +1,11 @@
 """`mjnav avoidable LOG...`: which collisions and time-outs a robot that knew all true paths would have avoided."""
 
 import argparse
-import json
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from mjnav.cli.terminal import compile_notice, print_table, progress, tell
+from mjnav.cli.terminal import answer, compile_notice, print_table, progress, tell
 from mjnav.errors import MjnavError
 from mjnav.printable import printable
 
@@ -75,10 +74,7 @@ def execute(arguments: argparse.Namespace) -> int:
         raise errors[0]
     methods = by_method(runs)
     notes = [note for _, note in named if note is not None]
-    if arguments.json:
-        print(json.dumps({"schema": 1, "logs": runs, "methods": methods, "notes": notes}))
-    else:
-        _print(runs, methods, notes)
+    answer(arguments, {"logs": runs, "methods": methods, "notes": notes}, lambda: _print(runs, methods, notes))
     for error in errors[1:]:
         tell(str(error))
     if errors:

@@ -1,10 +1,9 @@
 """`mjnav export LOG --format FORMAT OUT`: a log as a folder that other programs read."""
 
 import argparse
-import json
 
 from mjnav.cli.options import check_needs
-from mjnav.cli.terminal import stoppable
+from mjnav.cli.terminal import answer, stoppable
 from mjnav.errors import DamagedLogError
 from mjnav.log import Log, open_log
 from mjnav.log.export.export import FORMATS, check_format, check_new_folder, export
@@ -38,10 +37,8 @@ def execute(arguments: argparse.Namespace) -> int:
     log = _opened(arguments.log)
     with stoppable(form, log.duration or 0.0) as step:
         written = export(log, form, arguments.output, topics=topics, progress=step)
-    if arguments.json:
-        print(json.dumps(_summary(log, form, arguments.output, written)))
-    else:
-        _print(log, form, arguments.output, written)
+    of_export = log, form, arguments.output, written
+    answer(arguments, _summary(*of_export), lambda: _print(*of_export))
     return 0
 
 
@@ -54,7 +51,6 @@ def _opened(path: str) -> Log:
 
 def _summary(log: Log, form: str, output: str, written: dict[str, int]) -> dict:
     return {
-        "schema": 1,
         "format": form,
         "output": output,
         "complete": log.complete,

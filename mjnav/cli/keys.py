@@ -1,13 +1,12 @@
 """`mjnav keys [PREFIX]`: the keys of run files and study files, with type, unit, range, default and meaning."""
 
 import argparse
-import json
 from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
 from mjnav.cli.options import check_needs
-from mjnav.cli.terminal import print_table
+from mjnav.cli.terminal import answer, print_table
 from mjnav.scene.toml import value_text
 from mjnav.settings.reference import KeyReference
 from mjnav.study.key_reference import keys_below, run_keys, study_keys
@@ -39,11 +38,9 @@ def execute(arguments: argparse.Namespace) -> int:
     rows = study_keys() if arguments.study else run_keys(arguments.controller)
     if arguments.prefix:
         rows = keys_below(rows, arguments.prefix)
-    if arguments.json:
-        print(json.dumps({"schema": 1, "keys": [_document(row) for row in rows]}))
-        return 0
     heads = ("key", "type", "unit", "allowed", "default", "meaning")
-    print_table([(r.key, r.type, r.unit, r.allowed, _default(r), _meaning(r)) for r in rows], heads)
+    texts = [(r.key, r.type, r.unit, r.allowed, _default(r), _meaning(r)) for r in rows]
+    answer(arguments, {"keys": [_document(row) for row in rows]}, lambda: print_table(texts, heads))
     return 0
 
 

@@ -1,9 +1,9 @@
 """`mjnav list [KIND]`: the names that run files and options may use."""
 
 import argparse
-import json
+from collections.abc import Mapping
 
-from mjnav.cli.terminal import print_table
+from mjnav.cli.terminal import answer, print_table
 from mjnav.study.key_reference import KINDS, catalogue, names
 
 
@@ -20,11 +20,12 @@ def execute(arguments: argparse.Namespace) -> int:
         listed = catalogue()
     else:
         listed = {arguments.kind.replace("-", " ").replace("_", " "): names(arguments.kind)}
-    if arguments.json:
-        document = {kind.replace(" ", "_"): dict(entries) for kind, entries in listed.items()}
-        print(json.dumps({"schema": 1, **document}))
-        return 0
+    document = {kind.replace(" ", "_"): dict(entries) for kind, entries in listed.items()}
+    answer(arguments, document, lambda: _print(listed))
+    return 0
+
+
+def _print(listed: Mapping[str, Mapping[str, str]]) -> None:
     for kind, entries in listed.items():
         print(kind)
         print_table([(f"  {name}", text) for name, text in entries.items()])
-    return 0

@@ -1,11 +1,11 @@
 """`mjnav map save LOG|SCENE -o FILE.yaml`: the floor of a scene as a map of ROS map_server, for other tools."""
 
 import argparse
-import json
 
 import numpy as np
 
 from mjnav.cli import options
+from mjnav.cli.terminal import answer
 from mjnav.errors import InputError
 from mjnav.log import open_log
 from mjnav.output_files import new_path, written
@@ -52,9 +52,7 @@ def execute(arguments: argparse.Namespace) -> int:
             file.write(content)
     rows, columns = grid.cells.shape
     occupied = int((grid.cells == OCCUPIED).sum())
-    if arguments.json:
-        files = {"file": str(output), "image": str(picture)}
-        print(json.dumps({"schema": 1, **files, "cells": [columns, rows], "occupied": occupied}))
-    else:
-        print(f"{output} and {picture}: {columns} x {rows} cells, {occupied} occupied")
+    document = {"file": str(output), "image": str(picture), "cells": [columns, rows], "occupied": occupied}
+    text = f"{output} and {picture}: {columns} x {rows} cells, {occupied} occupied"
+    answer(arguments, document, lambda: print(text))
     return 0

@@ -1,11 +1,10 @@
 """`mjnav predict SOURCE`: how well each model of prediction foretells where people go."""
 
 import argparse
-import json
 from typing import Any
 
 from mjnav.cli import options
-from mjnav.cli.terminal import compile_notice, print_table, shown
+from mjnav.cli.terminal import answer, compile_notice, print_table, shown
 
 EVERY = options.number(float, 0.0, 1e6, "s", open_low=True)
 RATE = options.number(float, 0.0, 1e6, "Hz", open_low=True)
@@ -61,10 +60,7 @@ def execute(arguments: argparse.Namespace) -> int:
     plan = Plan(models, *given, arguments.frame_rate)
     with compile_notice():
         measured = measure(arguments.source, plan)
-    if arguments.json:
-        print(json.dumps({"schema": 1, **measured, "samples": plan.samples}))
-    else:
-        _print(measured)
+    answer(arguments, {**measured, "samples": plan.samples}, lambda: _print(measured))
     return 0
 
 

@@ -1,13 +1,12 @@
 """`mjnav rate-test SCENE --rate HZ --duration S`: does the loop keep its schedule on this machine?"""
 
 import argparse
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from mjnav.cli import options
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.terminal import compile_notice, interruptible, progress, shown, tell
+from mjnav.cli.terminal import answer, compile_notice, interruptible, progress, shown, tell
 from mjnav.log.log_format import check_path
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.realtime.stress import shuttling
@@ -49,10 +48,7 @@ def execute(arguments: argparse.Namespace) -> int:
             summary = rate_test(
                 case, stressed=arguments.stress, log=arguments.log, stop=interrupted, progress=show, warmed_up=True
             ).summary
-    if arguments.json:
-        print(json.dumps(summary))
-    else:
-        print(*describe(summary), sep="\n")
+    answer(arguments, summary, lambda: print(*describe(summary), sep="\n"))
     if interrupted():
         tell("interrupted")
         return INTERRUPTED

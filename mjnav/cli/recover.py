@@ -1,10 +1,9 @@
 """`mjnav recover LOG OUT`: writes what is intact in a damaged log as a whole log."""
 
 import argparse
-import json
 from pathlib import Path
 
-from mjnav.cli.terminal import stoppable
+from mjnav.cli.terminal import answer, stoppable
 from mjnav.log.recover import Recovery, recover
 
 _SHOWN = 8  # damaged places
@@ -25,12 +24,9 @@ def execute(arguments: argparse.Namespace) -> int:
     size = 1e-6 * log.stat().st_size if log.exists() else 0.0
     with stoppable("recover", size, "MB") as step:
         recovery = recover(log, arguments.out, on_byte=lambda place: step(1e-6 * place))
-    if arguments.json:
-        # changed_bit: earlier versions could put one changed bit right
-        found = {"schema": 1, "log": arguments.log, "out": arguments.out, "changed_bit": None, **recovery}
-        print(json.dumps(found))
-    else:
-        _print(recovery, arguments.out)
+    # changed_bit: earlier versions could put one changed bit right
+    document = {"log": arguments.log, "out": arguments.out, "changed_bit": None, **recovery}
+    answer(arguments, document, lambda: _print(recovery, arguments.out))
     return 0
 
 

@@ -1,12 +1,12 @@
 """`mjnav robot check NAME|PATH`: whether a robot does in MuJoCo what it is commanded."""
 
 import argparse
-import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from mjnav.cli.terminal import compile_notice, print_table
-from mjnav.loop.robot_check import checked
+from mjnav.cli.terminal import answer, compile_notice, print_table
+from mjnav.loop.robot_check import Figure, checked
 from mjnav.scene import loads
 from mjnav.scene.robot import OWN, read_robot, robot_path
 from mjnav.scene.toml import toml_text
@@ -35,15 +35,16 @@ def execute(arguments: argparse.Namespace) -> int:
     with compile_notice():
         figures = list(checked(scenario))
     holds = all(figure.holds for figure in figures)
-    if arguments.json:
-        found = [asdict(figure) for figure in figures]
-        print(json.dumps({"schema": 1, "robot": arguments.robot, "holds": holds, "figures": found}))
-        return 0 if holds else 1
-    if arguments.robot != OWN:
-        print(read_robot(robot_path(arguments.robot, Path.cwd())).source)
+    document = {"robot": arguments.robot, "holds": holds, "figures": [asdict(figure) for figure in figures]}
+    answer(arguments, document, lambda: _print(arguments.robot, figures))
+    return 0 if holds else 1
+
+
+def _print(robot: str, figures: Sequence[Figure]) -> None:
+    if robot != OWN:
+        print(read_robot(robot_path(robot, Path.cwd())).source)
     heads, rows = ("drive", "figure", "found", "allowed", ""), []
     for f in figures:
         value, allowed = f"{f.value:.4g} {f.unit}".strip(), f"{f.low:.3g} to {f.high:.3g}"
         rows.append((f.manoeuvre, f.name, value, allowed, "" if f.holds else "out"))
     print_table(rows, heads)
-    return 0 if holds else 1

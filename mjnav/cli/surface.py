@@ -1,13 +1,12 @@
 """`mjnav surface SCENE --at TIME`: what one decision's cost is over all (v, omega), as a picture and as arrays."""
 
 import argparse
-import json
 from typing import Any
 
 import numpy as np
 
 from mjnav.cli import options
-from mjnav.cli.terminal import compile_notice, progress
+from mjnav.cli.terminal import answer, compile_notice, progress
 from mjnav.control.decision_surface import DecisionSurface, decision_surface, require_candidates
 from mjnav.control.parameters import WINDOWS
 from mjnav.loop.prepare import OUT_FOLDER, file_stem, load_scenario, make_out_folder
@@ -78,13 +77,10 @@ def execute(arguments: argparse.Namespace) -> int:
         names = np.array(column_names(scenario, record.seen), str)
         np.savez_compressed(file, **_arrays(surface), names=names, **about)
     controls = _controls(surface)
-    if arguments.json:
-        print(json.dumps({"schema": 1, **about, **controls, "picture": str(picture), "data": str(data)}))
-        return 0
-    print(heading)
-    for name, control in controls.items():
-        print(f"  {name:8}  {_text(control)}")
-    print(f"  picture   {picture}\n  arrays    {data}")
+    texts = [heading, *(f"  {name:8}  {_text(control)}" for name, control in controls.items())]
+    texts += [f"  picture   {picture}\n  arrays    {data}"]
+    document = {**about, **controls, "picture": str(picture), "data": str(data)}
+    answer(arguments, document, lambda: print(*texts, sep="\n"))
     return 0
 
 

@@ -1,7 +1,7 @@
 """`mjnav sweep STUDY`: every scene under every method and seed that a study file names."""
 
 import argparse
-import json
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from mjnav.cli import options
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.terminal import interruptible, progress, tell
+from mjnav.cli.terminal import answer, interruptible, progress, tell
 from mjnav.errors import InputError, MjnavError
 from mjnav.loop.prepare import OUT_FOLDER
 from mjnav.study.keep import check_kind
@@ -70,31 +70,31 @@ def execute(arguments: argparse.Namespace) -> int:
     say(f"{study.name}: {len(cells)} cells under {len(study.all_seeds)} seeds are {len(wanted)} episodes")
     if arguments.dry_run:
         check(wanted, store, resume=True, failed=not arguments.retry_failed, accept=arguments.accept_changed)
-        say("\n".join(cell.label for cell in cells))
-        if arguments.json:
-            print(json.dumps({"schema": 1, "study": study.name, "episodes": len(wanted), "cells": len(cells)}))
+        document = {"study": study.name, "episodes": len(wanted), "cells": len(cells)}
+        answer(arguments, document, lambda: say("\n".join(cell.label for cell in cells)))
         return 0
     report = run(
         arguments, scheduler, study.name, wanted, store, f"# {arguments.command_line}\n{study_text(study)}",
         resume=arguments.resume, retry_failed=arguments.retry_failed, keep_logs=arguments.keep_logs,
     )  # fmt: skip
     causes = store.causes()
-    if arguments.json:
-        document = {"study": study.name, "folder": str(folder), **asdict(report), "causes": dict(causes)}
-        print(json.dumps({"schema": 1, **document}))
-    else:
-        speed = f", {report.run / report.seconds:.1f} a second" if report.run else ""
-        print(f"{folder}: {report.kept + report.run} episodes, {report.run} of them in {report.seconds:.1f} s{speed}")
-        for cause, count in causes.most_common(MAX_CAUSES):
-            print(f"  {count} failed: {cause}")
-        if report.failed:
-            print("  --retry-failed runs them again")
-        if report.unlogged:
-            print(f"  {report.unlogged} have no log: their process died or was ended")
+    document = {"study": study.name, "folder": str(folder), **asdict(report), "causes": dict(causes)}
+    answer(arguments, document, lambda: _print(folder, report, causes))
     if report.interrupted:
         tell(f"interrupted: {report.episodes - report.kept - report.run} episodes are missing, --resume runs them")
         return INTERRUPTED
     return 1 if report.failed else 0
+
+
+def _print(folder: Path, report: "SweepSummary", causes: Counter[str]) -> None:
+    speed = f", {report.run / report.seconds:.1f} a second" if report.run else ""
+    print(f"{folder}: {report.kept + report.run} episodes, {report.run} of them in {report.seconds:.1f} s{speed}")
+    for cause, count in causes.most_common(MAX_CAUSES):
+        print(f"  {count} failed: {cause}")
+    if report.failed:
+        print("  --retry-failed runs them again")
+    if report.unlogged:
+        print(f"  {report.unlogged} have no log: their process died or was ended")
 
 
 def run(

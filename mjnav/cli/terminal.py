@@ -9,13 +9,15 @@ again. The child has the terminal and the process group of its parent, gets from
 parent alone, and ends with it.
 """
 
+import argparse
 import ctypes
 import faulthandler
+import json
 import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence, Set
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
@@ -195,6 +197,14 @@ def print_table(rows: Sequence[Sequence[str]], heads: Sequence[str] = (), *, num
     for row in rows:
         table.add_row(*row)
     print_drawn(lambda console: console.print(table))
+
+
+def answer(arguments: argparse.Namespace, document: Mapping[str, Any], write: Callable[[], None]) -> None:
+    """Prints a command's result: with --json the document, the number of its schema first; else as `write` does."""
+    if arguments.json:
+        print(json.dumps({"schema": 1, **document}))
+    else:
+        write()
 
 
 def shown(value: Any, form: str) -> str:
