@@ -128,14 +128,14 @@ def controller_keys(table: Overrides, *, ends: Callable[[Any], bool] = operator.
     return {key if "." in key else f"control.{key}": value for key, value in flat(table, ends=ends).items()}
 
 
-def flat(table: Overrides, prefix: str = "", *, ends: Callable[[Any], bool] = operator.not_) -> dict[str, object]:
+def flat(table: Overrides, *, dot: str = ".", ends: Callable[[Any], bool] = operator.not_) -> dict[str, Any]:
     """Values by dotted keys, from nested tables; a table at which it `ends` is a value, as one with nothing in it."""
-    found: dict[str, object] = {}
+    found: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, Mapping) and not ends(value):
-            found |= flat(value, f"{prefix}{key}.", ends=ends)
+            found |= {f"{key}{dot}{part}": inner for part, inner in flat(value, dot=dot, ends=ends).items()}
         else:
-            found[f"{prefix}{key}"] = value
+            found[key] = value
     return found
 
 

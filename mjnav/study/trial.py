@@ -29,7 +29,9 @@ from mjnav.settings.plugins import Plugin
 from mjnav.study.cells import DEFAULT_SETTING, Cell
 from mjnav.study.keep import Keep, raise_log_fault
 from mjnav.study.store import FIGURES, Row, Value
+from mjnav.study.study_file import flat
 
+OF_CELL = ("scene", "setting", "method", "controller", "parameters", "control")  # that its episodes' rows have from it
 ID_DIGITS = 32  # 128 bits: among a billion episodes, two have the same id with a probability of 1e-21
 KEPT_SCENARIOS = 4096  # that a process keeps built and warm: a sweep goes through all its cells seed by seed
 
@@ -132,13 +134,7 @@ def _row(
     return Row(
         id=trial.id,
         study=trial.study,
-        scene=cell.scene,
-        setting=cell.setting,
-        method=cell.method,
         seed=trial.seed,
-        controller=cell.controller,
-        parameters=cell.parameters,
-        control=cell.control,
         scenario=cell.document,
         machine=platform.node(),
         revision=revision(),
@@ -148,6 +144,7 @@ def _row(
         error=error,
         log=trial.keep.kept if trial.keep is not None else None,
         metrics=metrics,
+        **{name: getattr(cell, name) for name in OF_CELL},
     )
 
 
@@ -156,12 +153,9 @@ def _figures(result: Result, scenario: Scenario) -> dict[str, Value]:
     return {**flatten(result.summary), **more}
 
 
-def flatten(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:
+def flatten(summary: Mapping[str, Any]) -> dict[str, Value]:
     """A run's summary with one key a figure: compute_ms_control_p50."""
-    flat: dict[str, Value] = {}
-    for key, value in summary.items():
-        flat |= flatten(value, f"{prefix}{key}_") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
-    return flat
+    return flat(summary, dot="_", ends=lambda table: False)
 
 
 def prepared(trial: Trial) -> Scenario:
