@@ -250,6 +250,15 @@ class BehaviourPlugin(Plugin):
     """A behaviour of one's own: its name under `behaviour`, and its parameters beside it.
 
     None of them may be called `count`, which says in a run file how many people an entry draws.
+
+    One is made for each person who has it. `person` is the person's place in `scenario.people` and in the arrays of a
+    WorldState, `rng` a generator of its own that follows from the run's seed: who draws from no other walks the same
+    way under the same seed.
+
+    `velocity(world)` is the desired velocity (vx, vy) [m/s], at most 5 m/s; asked every 0.02 s of simulated time.
+    `world` is the truth, whose arrays cannot be written to. The robot's pose and twist are NaN for a person with
+    `sees_robot = false`, and people who are not there have NaN; they are not asked. Walls and bodies stop who walks
+    into them.
     """
 
     __slots__ = ()

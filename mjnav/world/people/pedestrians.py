@@ -16,10 +16,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from math import hypot
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from mjnav.compile.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.errors import PluginFault
@@ -37,23 +36,6 @@ from mjnav.world.people.temperament import Temperaments
 from mjnav.world.people.walk import Walk
 
 # ----------------------------------------------------------------------- behaviours of a user's own
-
-
-class OwnBehaviour(Protocol):
-    """How one person walks: made as Class(scenario, person, rng, parameters) for each person who has it.
-
-    `person` is the person's place in `scenario.people` and in the arrays of a WorldState, `rng` a generator of its own
-    that follows from the run's seed: who draws from no other walks the same way under the same seed.
-    """
-
-    def velocity(self, world: WorldState) -> ArrayLike:
-        """The desired velocity (vx, vy) [m/s], at most 5 m/s; asked every 0.02 s of simulated time.
-
-        `world` is the truth, whose arrays cannot be written to. The robot's pose and twist are NaN for a person with
-        `sees_robot = false`, and people who are not there have NaN; they are not asked. Walls and bodies stop who walks
-        into them.
-        """
-        ...
 
 
 class OwnWalk(Walk):
