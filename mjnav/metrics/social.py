@@ -27,6 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.messages import Array, Trajectory
+from mjnav.metrics import consistency
 from mjnav.metrics.definitions import HIGHER, HUNAVSIM, LOWER, NOBODY, TABLE_1, Definition, figures
 from mjnav.metrics.effort import velocity
 from mjnav.metrics.progress import by_blocks, passings
@@ -78,10 +79,8 @@ def proximity(trajectory: Trajectory, scenario: Scenario) -> tuple[float | None,
     if not scenario.people:
         return None
     distance = nearest_person(trajectory, scenario)
-    there = np.isfinite(distance)
-    mean = float(distance[there].mean()) if there.any() else None
     shares = (float((distance < space).mean()) for space in (INTIMATE, PERSONAL, SOCIAL))
-    return mean, float((distance >= COMPLIANT).mean()), *shares
+    return consistency.mean(distance), float((distance >= COMPLIANT).mean()), *shares
 
 
 @figures(
@@ -232,7 +231,8 @@ def detour(trajectory: Trajectory, undisturbed: Array, scenario: Scenario) -> De
             there, then = int(reached[common - 1]), int(alone[common - 1])
             delays.append(float(trajectory.time[there] - trajectory.time[then]))
             paths.append(_length(with_robot[: there + 1]) - _length(without[: then + 1]))
-    return Detour(_mean(np.array(paths)), _mean(np.array(delays)), _mean(np.concatenate([np.zeros(0), *displacements])))
+    apart = np.concatenate([np.zeros(0), *displacements])
+    return Detour(*map(consistency.mean, (np.array(paths), np.array(delays), apart)))
 
 
 def _first_stay(position: Array) -> Array:
@@ -249,7 +249,3 @@ def _first_stay(position: Array) -> Array:
 def _length(position: Array) -> float:
     """Of a path through positions (n, 2), without what is not known."""
     return float(np.nansum(np.hypot(*np.diff(position, axis=0).T)))
-
-
-def _mean(values: Array) -> float | None:
-    return float(values.mean()) if values.size else None
