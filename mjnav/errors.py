@@ -166,3 +166,12 @@ def missing_extra(package: str, extra: str) -> InputError:
     install = ["uv", "pip", "install", "--python"] if by_uv else []
     install += [sys.executable] if by_uv else [sys.executable, "-m", "pip", "install"]
     return InputError(f"{package} is not installed: {shlex.join([*install, *wanted])}")
+
+
+@contextmanager
+def of_extra(package: str, extra: str) -> Iterator[None]:
+    """Within it an optional package is imported: where that fails, it raises `missing_extra`."""
+    try:
+        yield
+    except ImportError:
+        raise missing_extra(package, extra) from None

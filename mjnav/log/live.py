@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Self
 
 from mcap.writer import Writer
 
-from mjnav.errors import InputError, InvalidValue, missing_extra
+from mjnav.errors import InputError, InvalidValue, of_extra
 from mjnav.log.encode.topics import topics
 from mjnav.scene.spec import Scenario
 
@@ -48,11 +48,9 @@ class LiveServer:
         if port not in _PORTS:
             raise InvalidValue("port", port, f"a whole number from 0 to {_PORTS[-1]}")
         origins = [check_origin(origin) for origin in origins]
-        try:
+        with of_extra("foxglove-sdk", "live"):
             import foxglove
             from foxglove.websocket import Capability
-        except ImportError:
-            raise missing_extra("foxglove-sdk", "live") from None
         context = self._context = foxglove.Context()  # nothing else keeps a reference to it
         # Made before the server: a client might otherwise subscribe to a channel before the server knows it.
         self._channels = {

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.errors import DamagedLogError, InputError, InvalidValue, missing_extra
+from mjnav.errors import DamagedLogError, InputError, InvalidValue, of_extra
 from mjnav.geometry.angles import wrap
 from mjnav.log.read.log import Log, open_log
 from mjnav.messages import Array, Trajectory, WorldState, number
@@ -69,10 +69,8 @@ def frame_at(trajectory: Trajectory, time: float) -> tuple[WorldState, dict[str,
 
 def require_codec() -> None:
     """Raises InputError where films cannot be written here."""
-    try:
+    with of_extra("av", "video"):
         import av
-    except ImportError:
-        raise missing_extra("av", "video") from None
     if CODEC not in av.codecs_available:
         raise InputError(f"the installed av has no {CODEC}: pip install --force-reinstall av brings one that has")
 

@@ -43,7 +43,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from mjnav.errors import InputError, MjnavError, missing_extra, unknown_name
+from mjnav.errors import InputError, MjnavError, of_extra, unknown_name
 from mjnav.loop.provenance import FACTS
 from mjnav.messages import Array
 from mjnav.metrics import summary
@@ -221,10 +221,8 @@ def digest(content: bytes) -> str:
 
 def parquet() -> Any:
     """The module that reads and writes Parquet. Raises InputError where it is missing."""
-    try:
+    with of_extra("pyarrow", "sweep"):
         import pyarrow.parquet
-    except ImportError:
-        raise missing_extra("pyarrow", "sweep") from None
     return pyarrow.parquet
 
 

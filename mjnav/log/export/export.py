@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from mjnav.errors import InputError, missing_extra, unknown_name
+from mjnav.errors import InputError, of_extra, unknown_name
 from mjnav.log.log_format import appearing, check_folder
 from mjnav.log.read.log import Log
 from mjnav.log.read.tables import TABLES, Block, LogMessage, Table, arrow_batch, arrow_schema, blocks, not_ours
@@ -155,10 +155,8 @@ def check_format(name: str, topics: Iterable[str] = ()) -> None:
     if name not in FORMATS:
         raise unknown_name("--format", name, FORMATS)
     if (needs := FORMATS[name].needs) is not None:
-        try:
+        with of_extra(*needs):
             __import__(needs[0])
-        except ImportError:
-            raise missing_extra(*needs) from None
     for topic in topics:
         if topic not in FORMATS[name].topics:
             raise unknown_name("--topic", topic, FORMATS[name].topics)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 
-from mjnav.errors import DamagedLogError, missing_extra, unknown_name
+from mjnav.errors import DamagedLogError, of_extra, unknown_name
 from mjnav.log.encode.particles import decode_particles
 from mjnav.log.encode.plan import decode_plan
 from mjnav.log.read.records import EXPORT, FREE_EXPORT, Budget
@@ -398,10 +398,8 @@ def arrow_batch(block: Block) -> "pyarrow.RecordBatch":
 def check_pandas() -> None:
     """Raises InputError where pandas or pyarrow is not installed."""
     for package in ("pandas", "pyarrow"):
-        try:
+        with of_extra(package, "pandas"):
             __import__(package)
-        except ImportError:
-            raise missing_extra(package, "pandas") from None
 
 
 def data_frame(path: Path, table: Table, messages: Iterable[LogMessage]) -> "DataFrame":

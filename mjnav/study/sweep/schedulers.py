@@ -34,7 +34,7 @@ from queue import Empty, SimpleQueue
 from types import MappingProxyType, ModuleType
 from typing import Any, TypeVar
 
-from mjnav.errors import InvalidValue, MjnavError, missing_extra, said
+from mjnav.errors import InvalidValue, MjnavError, of_extra, said
 from mjnav.loop import supervision
 from mjnav.study.keep import LogFault
 from mjnav.study.store import Row
@@ -354,11 +354,9 @@ def _row(future: Any, trial: Trial) -> Row:
 
 def _connect(address: str) -> Any:
     """The client of a scheduler. Raises InputError."""
-    try:
+    with of_extra("distributed", "sweep"):
         from distributed import Client
         from distributed.comm.addressing import parse_address, parse_host_port
-    except ImportError:
-        raise missing_extra("distributed", "sweep") from None
     for name in logging.root.manager.loggerDict:
         if name.partition(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL)  # errors are reported in one line
