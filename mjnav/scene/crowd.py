@@ -146,11 +146,7 @@ def read_recording(path: Path | str) -> Recording:
 @lru_cache(2)  # all cells of a study read the same file, one after the other
 def _parsed(data: bytes) -> Recording:
     """The recording in a file's bytes; the keys of errors are lines."""
-    try:
-        lines = data.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        line, bad = data.count(b"\n", 0, error.start) + 1, data[error.start : error.end]
-        raise InvalidValue(f"line {line}", bad, f"text in UTF-8: {ALLOWED}") from None
+    lines = files.decoded(data, f"text in UTF-8: {ALLOWED}").splitlines()
     columns: tuple[str, ...] = ()
     header = ""  # the last line before the rows
     wanted: list[tuple[str, int]] = []

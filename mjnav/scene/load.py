@@ -24,7 +24,6 @@ from mjnav.scene.random_scene import resolved
 from mjnav.scene.robot import put_robot
 from mjnav.scene.samples import put_samples
 from mjnav.scene.spec import Control, Draft, Scenario
-from mjnav.scene.toml import parse, read_regular, toml_text
 from mjnav.settings.plugins import placed
 
 _LOOP = ("rate", "delay", "latency")  # keys of [control] that belong to the loop, not to the method
@@ -72,7 +71,7 @@ def loads(
 
     Paths in it count from `folder`; without one they are refused, so that the text of a log opens no local file.
     """
-    document = parse(text, file)
+    document = files.parse(text, file)
     if folder is not None:
         document = placed(document, folder)
     changed: dict[str, str] = {}  # key -> the argument that set it
@@ -159,7 +158,7 @@ def dumps(scenario: Scenario, *, draft: bool = False) -> str:
     """
     given = scenario.draft if draft else None
     found = tables(scenario) if given is None else _draft_tables(scenario, given)
-    return toml_text({"schema": scenario.schema, **found})  # a reader wants the version first
+    return files.toml_text({"schema": scenario.schema, **found})  # a reader wants the version first
 
 
 def _draft_tables(scenario: Scenario, draft: Draft) -> dict[str, Any]:
@@ -181,7 +180,7 @@ def _read(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     allowed = "a run file that can be read, or a shipped scene by name; a Scenario needs no loading: mjnav.run takes it"
     name = path_text("scene", name_or_path, allowed)
     if name.endswith(FLOORS):
-        return name, toml_text(floor_tables(name, Path(name).parent)[0])
+        return name, files.toml_text(floor_tables(name, Path(name).parent)[0])
     if isinstance(name_or_path, str) and "/" not in name and not name.endswith(".toml"):
         path = str(library.data_folder("runs") / f"{name}.toml")
         if not os.path.isfile(path):  # Path.is_file raises for a name that is too long
@@ -193,17 +192,13 @@ def _read(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
 def read_text(name: str) -> str:
     """The text of a run file or study file. Raises InvalidValue where it cannot be read."""
     try:
-        data = read_regular(name, _MAX_BYTES)
+        data = files.read_regular(name, _MAX_BYTES)
     except (OSError, ValueError) as error:  # ValueError: a null character in the name
         reason = getattr(error, "strerror", None) or str(error)
         allowed = f"a run file that can be read ({reason})"
         raise InvalidValue("", None, allowed, file=name, nearest=_nearest(name)) from None
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        bad = data[error.start : error.end]
-        line = data.count(b"\n", 0, error.start) + 1
-        raise InvalidValue(f"line {line}", bad, "text in UTF-8", file=name) from None
+    with settings.below(file=name):
+        return files.decoded(data)
 
 
 def _nearest(path: str) -> str | None:

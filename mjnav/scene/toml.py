@@ -47,6 +47,15 @@ def readable(what: str, key: str = "", found: object = None, *, file: str | None
         raise InvalidValue(key, found, f"{what} that can be read ({reason})", file=file) from None
 
 
+def decoded(data: bytes, allowed: str = "text in UTF-8") -> str:
+    """The text of a file's bytes. Raises InvalidValue with the line that is none."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line, bad = data.count(b"\n", 0, error.start) + 1, data[error.start : error.end]
+        raise InvalidValue(f"line {line}", bad, allowed) from None
+
+
 def inline(document: dict[str, Any], folder: Path | None) -> None:
     """Replaces the path of a latency trace by its numbers, so that the scenario needs no file but its own.
 
