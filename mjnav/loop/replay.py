@@ -29,7 +29,6 @@ from mjnav.robot.controller import build_controller
 from mjnav.robot.latency import replayed
 from mjnav.scene.plugged import plugins_of
 from mjnav.scene.spec import Scenario
-from mjnav.settings import below
 from mjnav.settings.plugins import Given, name_of
 from mjnav.world.scene import parts_hash
 
@@ -228,7 +227,7 @@ def replay(
     scenario = with_estimators(scenario, localizer, tracker)
     if controller is not None:
         scenario = replace(scenario, control=replace(scenario.control, method=name_of(controller)))
-        with below(file="controller"):
+        with settings.below(file="controller"):
             build_controller(scenario)
     elif (method := shipped(scenario.control.method)) is not None:
         scenario = _with_defaults(scenario, log.run.get(PARAMETERS, "{}"), method)

@@ -11,7 +11,6 @@ from mjnav.log.read.ticks import LoggedRun
 from mjnav.messages import PHASES, Array
 from mjnav.metrics import consistency, progress, safety
 from mjnav.metrics.ending import INFEASIBLE
-from mjnav.metrics.safety import touches
 from mjnav.scene.spec import Scenario
 
 NUM_MOMENTS = 5
@@ -80,7 +79,7 @@ def _contact(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     hardest = max(contacts, key=lambda contact: contact.force)
     row = int(np.searchsorted(run.trajectory.time[1:], hardest.time))
     force = f" with {hardest.force:.0f} N" if hardest.force > 0.0 else ""
-    hit = next((touch for touch in touches(run.trajectory, scenario) if touch.time == hardest.time), None)
+    hit = next((touch for touch in safety.touches(run.trajectory, scenario) if touch.time == hardest.time), None)
     whose = f"; {hit}" if hit is not None else ""
     moment = _at(run, row, "contact", hardest.force, "N", f"the robot touches {hardest.name}{force}{whose}", inf)
     return replace(moment, time_s=hardest.time)

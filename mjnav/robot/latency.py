@@ -25,7 +25,6 @@ from mjnav.motion.unicycle import integrate_rows, ramp_mean
 from mjnav.noise import NOISE_WINDOW, Distribution
 from mjnav.rng import stream
 from mjnav.scene import spec
-from mjnav.scene.spec import Scenario
 
 # ------------------------------------------------------------------------------- commands over time
 
@@ -148,7 +147,7 @@ class Computed:
 Latency = WholePeriods | Computed
 
 
-def make_latency(scenario: Scenario, seed: int) -> Latency:
+def make_latency(scenario: spec.Scenario, seed: int) -> Latency:
     """The scenario's model."""
     control, timestep = scenario.control, scenario.physics.timestep
     latency = control.latency

@@ -27,7 +27,6 @@ from mjnav.scene.published import is_open, put_case
 from mjnav.scene.ranges import Point, Seed
 from mjnav.scene.spec import Robot, Scenario
 from mjnav.scene.ways import floor_of_people
-from mjnav.settings import below
 
 # ------------------------------------------------------------------------------ room for one more body
 
@@ -136,14 +135,14 @@ def resolved(document: Mapping[str, Any], draft: Draft) -> Scenario:
     The seed of the layout is that of [layout], or else the run's. Raises InvalidValue, whose key is the draft's, also
     where none of `layout.tries` layouts can be used.
     """
-    with below("seed"):
+    with settings.below("seed"):
         seed = settings.settled(Seed, document.get("seed", 0))
     if is_open(document):
         scenario = settings.read_document(Scenario, put_case(document, seed))
         check_memory(scenario)
         check(scenario)
         return replace(scenario, draft=draft)
-    with below("layout"):
+    with settings.below("layout"):
         layout = settings.settled(Layout, document.get("layout", {}))
     layout = layout if layout.seed is not None else replace(layout, seed=seed)
     for entry in (*entries_of(document), robot_of(document)):
@@ -181,7 +180,7 @@ class _Drawing:
         room = Room(2.0 * body.radius + _GAP if gap is None else gap, robot=None if robot.is_placed else body)
         for entry in entries_of(document):
             if not entry.is_drawn:
-                with below(*entry.key.split(".")):
+                with settings.below(*entry.key.split(".")):
                     getattr(room, entry.name).append(settings.read(entry.kind.plain, entry.table))
         for kind in ("walls", "tables", "pillars"):
             self._place(kind, tables, room)

@@ -14,11 +14,9 @@ from difflib import get_close_matches
 from types import MappingProxyType
 
 from mjnav import control, noise, scene
-from mjnav.control import make_controller
 from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.messages import RobotLimits
-from mjnav.noise import CHANNELS
 from mjnav.noise.profiles import DISTRIBUTIONS
 from mjnav.scene.drafts import draft_keys, is_random, with_draws
 from mjnav.scene.people import TEMPERAMENTS
@@ -194,11 +192,11 @@ def keys_below(rows: Sequence[KeyReference], prefix: str) -> tuple[KeyReference,
 def _generalised(prefix: str) -> str:
     """The prefix with N for every index and CHANNEL for a channel, as keys in the reference have them."""
     general = ".".join(INDEX if part.isdecimal() else part for part in prefix.strip(".").split("."))
-    for channel in sorted(CHANNELS, key=len, reverse=True):
+    for channel in sorted(noise.CHANNELS, key=len, reverse=True):
         place = f"noise.{channel}"
         if general == place or general.startswith(f"{place}."):
             return _CHANNEL + general.removeprefix(place)
-    if any(f"noise.{channel}".startswith(f"{general}.") for channel in CHANNELS):
+    if any(f"noise.{channel}".startswith(f"{general}.") for channel in noise.CHANNELS):
         return _CHANNEL
     return general
 
@@ -215,7 +213,7 @@ def _nearest(prefix: str, known: Iterable[str]) -> list[str]:
 
 def _parameters(method: str) -> Iterator[KeyReference]:
     """A method's parameters, with its own defaults."""
-    own = shipped_parameters(method, _PERIOD) or make_controller(method, RobotLimits(), _PERIOD).parameters
+    own = shipped_parameters(method, _PERIOD) or control.make_controller(method, RobotLimits(), _PERIOD).parameters
     if not is_dataclass(own):
         return
     for row in key_references(type(own), "control.", defaults=own):

@@ -34,7 +34,6 @@ from mjnav.robot.estimation.base import person_names, person_track
 from mjnav.robot.prediction import Crowd, Predictor, make_predictor
 from mjnav.robot.seen_space import FloorMap
 from mjnav.scene import crowd as crowds
-from mjnav.scene.crowd import Recording, read_recording, tracks_of
 from mjnav.scene.overrides import Override
 from mjnav.scene.spec import Scenario
 from mjnav.settings import below
@@ -231,13 +230,13 @@ class Frames:
     places: Mapping[str, Mapping[int, Array]]  # by piece of a person's track and number of the step: (2,) [m]
 
     @classmethod
-    def of(cls, recording: Recording, frame_rate: float) -> "Frames":
+    def of(cls, recording: crowds.Recording, frame_rate: float) -> "Frames":
         """The rows whose time is a whole number of the recording's usual steps. Raises InvalidValue without any."""
         step = recording.usual_step / frame_rate
         if step == 0.0:
             raise InvalidValue("", f"{len(recording.labels)} people", "a recording with people in two rows or more")
         places: dict[str, dict[int, Array]] = {}
-        for track in tracks_of(recording, crowds.Crowd("", frame_rate, max_gap=1.5 * step)).tracks:
+        for track in crowds.tracks_of(recording, crowds.Crowd("", frame_rate, max_gap=1.5 * step)).tracks:
             number = track.rows[:, 0] / step
             whole = np.abs(number - number.round()) < 1e-3
             steps = number[whole].round().astype(int).tolist()
@@ -326,7 +325,7 @@ def measure(source: str, plan: Plan) -> Document:
 
 
 def _recording(source: str, plan: Plan) -> Document:
-    recording = read_recording(source)
+    recording = crowds.read_recording(source)
     if plan.frame_rate is None:
         allowed = "what the recording's column of frames counts a second, as 25 for most files of ETH and UCY"
         raise InvalidValue("--frame-rate", None, allowed)

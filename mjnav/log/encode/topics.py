@@ -12,7 +12,6 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from mjnav.log.encode import candidates, geometry, json_messages, particles
-from mjnav.log.encode.json_messages import document_schema
 from mjnav.log.encode.plan import encode_plan, plan_schema
 from mjnav.log.encode.protobuf import Schema, foxglove_schema
 from mjnav.log.encode.scene import SceneEncoder
@@ -87,7 +86,7 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
     scene = SceneEncoder(scenario)
     lidar = scenario.sensors.scanner
     pose, cloud = foxglove_schema(PoseInFrame), foxglove_schema(PointCloud)
-    scene_update, people = foxglove_schema(SceneUpdate), document_schema("mjnav.People")
+    scene_update, people = foxglove_schema(SceneUpdate), json_messages.document_schema("mjnav.People")
     by_scan = scenario.estimation.obstacles.source == LIDAR
     return (
         Topic(
@@ -112,7 +111,7 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
         Topic(
             "/robot/state",
             "The robot's true pose and twist, and mean and covariance of the belief about its pose.",
-            document_schema("mjnav.RobotState"),
+            json_messages.document_schema("mjnav.RobotState"),
             lambda r: json_messages.encode_robot(r.tick, r.truth, r.belief),
             lambda tick, final: json_messages.encode_robot(tick, final, None),
             compared={"truth": ("time", "pose", "twist"), "estimate": ("estimate",)},
@@ -134,7 +133,7 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
         _true(
             "/contacts",
             "What the robot touched since the tick before, and with which force.",
-            document_schema("mjnav.Contacts"),
+            json_messages.document_schema("mjnav.Contacts"),
             json_messages.encode_contacts,
             "contacts",
         ),
@@ -156,7 +155,7 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
         Topic(
             "/odometry",
             "Wheel odometry, gyro and pose sensor.",
-            document_schema("mjnav.Odometry"),
+            json_messages.document_schema("mjnav.Odometry"),
             lambda r: r.reading and json_messages.encode_odometry(r.reading),
             encode_reading=json_messages.encode_odometry,
             compared={"reading": ("time", "interval", "v", "omega", "gyro", "pose")},
@@ -164,7 +163,7 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
         Topic(
             "/detections",
             "What a scan shows that the map does not explain, where people are tracked by scans.",
-            document_schema("mjnav.Detections"),
+            json_messages.document_schema("mjnav.Detections"),
             lambda r: (
                 json_messages.encode_detections(r.tick, r.detections)
                 if r.detections or (by_scan and r.reading is not None and r.reading.scan.size)
@@ -187,14 +186,14 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
         Topic(
             "/decision",
             "The control that the method chose, its status, and the terms of its cost.",
-            document_schema("mjnav.Decision"),
+            json_messages.document_schema("mjnav.Decision"),
             lambda r: json_messages.encode_decision(r.tick, r.decision),
             compared={"decision": ("nominal", "cost", "wish", "caution", "v", "omega", "status")},
         ),
         Topic(
             "/command",
             "The command that is in force from the tick on.",
-            document_schema("mjnav.Command"),
+            json_messages.document_schema("mjnav.Command"),
             lambda r: json_messages.encode_command(r.tick, r.command),
             compared={"command": ("v", "omega")},
         ),
@@ -228,7 +227,7 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
         Topic(
             WAY,
             "The way to the goal and what the robot has drawn of the floor, each time it is planned: with [route].",
-            document_schema("mjnav.Way"),
+            json_messages.document_schema("mjnav.Way"),
             _Ways(draws_map=scenario.draws_map),
             occasional=True,
         ),
@@ -238,6 +237,6 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
         Topic(
             TIMING,
             "How long each phase of the tick took, and how late it began.",
-            document_schema("mjnav.TickTiming"),
+            json_messages.document_schema("mjnav.TickTiming"),
         ),
     )

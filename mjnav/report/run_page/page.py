@@ -19,7 +19,6 @@ from mjnav.printable import printable
 from mjnav.report import document
 from mjnav.report.inspection import Inspection, inspect
 from mjnav.report.run_page import page_parts
-from mjnav.report.run_page.page_parts import ShownRun
 from mjnav.report.run_page.playback import Playback, playback
 
 LETTERS = "ABCD"
@@ -78,7 +77,7 @@ def shown(log: Log) -> tuple[Inspection, Playback]:
 def page(found: Sequence[tuple[Inspection, Playback]]) -> str:
     """The page of one to MAX_RUNS runs: what `inspect` and `playback` say of each."""
     several = len(found) > 1
-    runs = [ShownRun.of(i, LETTERS[i] if several else "", *one) for i, one in enumerate(found)]
+    runs = [page_parts.ShownRun.of(i, LETTERS[i] if several else "", *one) for i, one in enumerate(found)]
     played = [run.playback for run in runs]
     own = document.frame(GENERATOR, _PACKAGE, ["web/page.css"], [f"web/{name}.js" for name in _SCRIPTS])
     block = Template(document.asset(_PACKAGE, "web/run.html"))
@@ -120,7 +119,7 @@ def _script_json(document: Any) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def _headline(runs: Sequence[ShownRun]) -> str:
+def _headline(runs: Sequence[page_parts.ShownRun]) -> str:
     """The scene, or the number of runs, in large letters; how a single run ended."""
     scenes = list(dict.fromkeys(run.said("scene") for run in runs))
     end = ""
@@ -132,6 +131,6 @@ def _headline(runs: Sequence[ShownRun]) -> str:
     return f'<h1>{escape(", ".join(scenes))}</h1><p class="about">{escape(about)}</p>{end}'
 
 
-def _log_section(run: ShownRun) -> str:
+def _log_section(run: page_parts.ShownRun) -> str:
     path = escape(printable(run.inspection.path))
     return f'<h3>{run.mark}{path}</h3><div class="log">{page_parts.details(run)}</div>'
