@@ -18,7 +18,7 @@ from types import FrameType
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
     ".": 612,
-    "cli": 2515,
+    "cli": 2516,
     "compile": 339,
     "constraints": 381,
     "control": 3294,
@@ -27,7 +27,7 @@ BUDGETS = {  # code lines
     "gym": 321,
     "log": 3162,
     "loop": 2343,
-    "metrics": 1932,
+    "metrics": 1934,
     "motion": 502,
     "noise": 830,
     "paper": 1093,

@@ -2,10 +2,11 @@
 
 import argparse
 import re
-import sys
+
+import numpy as np
 
 from mjnav.cli import options
-from mjnav.cli.terminal import stoppable
+from mjnav.cli.terminal import stoppable, tell
 from mjnav.errors import InvalidValue
 from mjnav.log import open_log
 from mjnav.output_files import output_path
@@ -45,9 +46,10 @@ def execute(arguments: argparse.Namespace) -> int:
     with stoppable(output.name, len(times), "frames") as step:
         film(log, output, times, fps, size, step)
     print(f"{output}: {len(times)} frames, {len(times) / fps:.1f} s, {1e-3 * output.stat().st_size:.0f} kB")
-    end, (run, _) = log.trajectory().time[-1], log.whole_ticks()
-    if run is not None and run.trajectory.time[-1] > end:
-        print(f"mjnav: {arguments.log} lacks ticks after {end:g} s, where the film ends", file=sys.stderr)
+    run, _ = log.whole_ticks()
+    gaps = [] if run is None else np.flatnonzero(np.diff(run.ticks) > 1).tolist()
+    if run is not None and gaps:
+        tell(f"{arguments.log} lacks ticks after {run.trajectory.time[gaps[0]]:g} s, where the film ends")
     return 0
 
 

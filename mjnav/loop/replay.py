@@ -230,7 +230,7 @@ def replay(
         with settings.below(file="controller"):
             build_controller(scenario)
     elif (method := shipped(scenario.control.method)) is not None:
-        scenario = _with_defaults(scenario, log.run.get(PARAMETERS, "{}"), method)
+        scenario = _with_defaults(scenario, log.path, log.run.get(PARAMETERS, "{}"), method)
     if not trust:
         _refuse_code(log.path, logged, scenario)
     follower = _Follower(log, scenario, known, renamed=controller is not None)
@@ -405,12 +405,12 @@ def _scenario(log: Log) -> tuple[Scenario, int | None]:
     return replace(scenario, control=replace(control, latency=latency)), len(trace)
 
 
-def _with_defaults(scenario: Scenario, parameters: str, method: Method) -> Scenario:
+def _with_defaults(scenario: Scenario, path: Path, parameters: str, method: Method) -> Scenario:
     """The scenario with all `parameters` that its run had, as JSON: the defaults may be others by now."""
     try:
         had = dict(json.loads(parameters))
     except (TypeError, ValueError):
-        raise InputError(f"the log's parameters of its controller are no JSON: {parameters!r}") from None
+        raise InputError(f"{path}: its controller's parameters are no JSON: {parameters!r}") from None
     known, control = settings.keys(method.controller_class.parameters_type), scenario.control
     had = {key: value for key, value in had.items() if key in known}
     return replace(scenario, control=replace(control, parameters=had | dict(control.parameters)))

@@ -118,9 +118,14 @@ def way(scenario: Scenario) -> Array:
     return np.array([scenario.robot.start[:2], *scenario.robot.route])
 
 
+def steps(corners: Array) -> Array:
+    """The lengths of a polyline's sides (n - 1,) [m], from its corners (n, 2)."""
+    return np.hypot(*np.diff(corners, axis=0).T)
+
+
 def length(corners: Array) -> float:
     """The length of a polyline (n, 2) [m]."""
-    return float(np.hypot(*np.diff(corners, axis=0).T).sum())
+    return float(steps(corners).sum())
 
 
 def farthest_step(scenario: Scenario) -> float:
@@ -131,7 +136,7 @@ def farthest_step(scenario: Scenario) -> float:
 
 def jumps(trajectory: Trajectory, scenario: Scenario) -> NDArray[np.bool_]:
     """By which steps from tick to tick, (T,), a kidnapping put the robot elsewhere."""
-    return np.hypot(*np.diff(trajectory.robot_pose[:, :2], axis=0).T) > farthest_step(scenario)
+    return steps(trajectory.robot_pose[:, :2]) > farthest_step(scenario)
 
 
 @figures(
@@ -143,8 +148,8 @@ def path_length(trajectory: Trajectory, scenario: Scenario) -> float:
 
     * path_length_m: length of the driven path, without kidnappings
     """
-    step = np.hypot(*np.diff(trajectory.robot_pose[:, :2], axis=0).T)
-    return float(step[~jumps(trajectory, scenario)].sum())
+    driven = steps(trajectory.robot_pose[:, :2])
+    return float(driven[~(driven > farthest_step(scenario))].sum())  # also of poses that are NaN
 
 
 @figures("path", Definition("straight_line_m"))

@@ -50,25 +50,25 @@ def read_column(path: str | os.PathLike[str], column: str | None) -> tuple[str, 
     if column not in head:
         error = unknown_name("column", column, head)
         raise error.within(file=name)
-    if head.count(column) > 1 or _is_number(column):
+    if head.count(column) > 1 or _number(column) is not None:
         raise InvalidValue("line 1", column, "the column's name, which no other has and which is no number", file=name)
     place, values = head.index(column), []
     for number, row in enumerate(rows, start=2):
         cell = row[place].strip() if place < len(row) else ""
         if not row or not cell:
             continue
-        if not _is_number(cell) or not isfinite(float(cell)):
+        value = _number(cell)
+        if value is None or not isfinite(value):
             raise InvalidValue(f"line {number}", cell, f"a finite number in column {column}", file=name)
-        values.append(float(cell))
+        values.append(value)
     return column, values
 
 
-def _is_number(cell: str) -> bool:
+def _number(cell: str) -> float | None:
     try:
-        float(cell)
+        return float(cell)
     except ValueError:
-        return False
-    return True
+        return None
 
 
 def put_samples(document: dict[str, Any], folder: Path | None) -> None:
