@@ -289,6 +289,13 @@ class Control(Settled):
         """[s]"""
         return 1.0 / self.rate
 
+    @property
+    def expected_delay(self) -> float:
+        """[s] from a tick to the moment that its observation is of: when the decision is expected to take effect."""
+        if not self.prediction:
+            return 0.0
+        return self.delay * self.period if self.latency is None else self.latency.expected(self.period)
+
 
 @dataclass(frozen=True, slots=True)
 class Physics(Settled):

@@ -183,10 +183,13 @@ def command(document: Mapping, now: int) -> Fields:
     return {"header": header(now, geometry.ROBOT_FRAME), "twist": _twist(*_floats([document["v"], document["omega"]]))}
 
 
-def plan(message: Any, now: int) -> Fields:
-    """The plan that is followed, of mjnav.Plan; each pose is stamped with the time for which it is planned."""
+def plan(message: Any, now: int, *, delay: float) -> Fields:
+    """The plan that is followed, of mjnav.Plan, from when the decision takes effect on, `delay` [s] from now.
+
+    Each pose is stamped with the time for which it is planned.
+    """
     found = decode_plan(message)
-    return _path(found.path, now, found.step)
+    return _path(found.path, now, delay, found.step)
 
 
 def way(message: Mapping[str, Any], now: int) -> Fields:
@@ -194,15 +197,15 @@ def way(message: Mapping[str, Any], now: int) -> Fields:
     return _path(np.array(message["line"]), now)
 
 
-def _path(points: Array, now: int, step: float = 0.0) -> Fields:
-    """nav_msgs/Path of points (n, 2), each stamped `step` [s] after the one before.
+def _path(points: Array, now: int, delay: float = 0.0, step: float = 0.0) -> Fields:
+    """nav_msgs/Path of points (n, 2), each stamped `step` [s] after the one before, the first after `delay` and a step.
 
     Each heading is that of the way from the position before; the first is that of the way to the second.
     """
     headings = [atan2(dy, dx) for dx, dy in np.diff(points, axis=0).tolist()]
     headings = [*(headings[:1] or [0.0] * len(points)), *headings]
     poses = [
-        {"header": header(now + geometry.time_ns(number * step)), "pose": _pose(x, y, heading)}
+        {"header": header(now + geometry.time_ns(delay + number * step)), "pose": _pose(x, y, heading)}
         for number, ((x, y), heading) in enumerate(zip(points.tolist(), headings, strict=True), start=1)
     ]
     return {"header": header(now), "poses": poses}
@@ -357,6 +360,7 @@ def ros_topics(scenario: Scenario) -> dict[str, tuple[RosTopic, ...]]:
     moving, text = "nav_msgs/msg/Odometry", "std_msgs/msg/String"
     channels = scenario.noise.distributions()
     noise = np.diag([channels["odometry.v"].std ** 2, 0.0, channels["odometry.omega"].std ** 2])
+    plans = partial(plan, delay=scenario.control.expected_delay)
     scans = partial(scan, lidar=scenario.sensors.scanner, period=1.0 / scenario.sensors.rate)
     return {
         "/tf": (RosTopic("/tf", "tf2_msgs/msg/TFMessage", transforms),),
@@ -380,7 +384,7 @@ def ros_topics(scenario: Scenario) -> dict[str, tuple[RosTopic, ...]]:
         "/belief/robot": (RosTopic("/belief/robot/points", cloud, particles),),
         "/belief/obstacles": (RosTopic("/belief/obstacles/points", cloud, particles),),
         "/scene": (RosTopic("/scene", "visualization_msgs/msg/MarkerArray", markers),),
-        "/plan": (RosTopic("/plan", "nav_msgs/msg/Path", plan),),
+        "/plan": (RosTopic("/plan", "nav_msgs/msg/Path", plans),),
         "/way": (RosTopic("/way", "nav_msgs/msg/Path", way),),
         "/events": (RosTopic("/events", "rcl_interfaces/msg/Log", event),),
         **{name: (RosTopic(name, text, _as_text),) for name in ("/contacts", "/decision", "/cone", "/tick")},

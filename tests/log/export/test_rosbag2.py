@@ -1,6 +1,7 @@
 """A ROS 2 bag: read back field by field, and by programs other than the one that wrote it."""
 
 from collections import Counter
+from dataclasses import replace
 from math import atan2, cos, sin
 
 import numpy as np
@@ -12,12 +13,14 @@ from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 
 from mjnav.log.encode.particles import decode_particles
+from mjnav.log.encode.plan import encode_plan, plan_schema
 from mjnav.log.export import rosbag2
 from mjnav.log.export.export import export
 from mjnav.log.export.rosbag2 import built
+from mjnav.log.read.log import decoder
 from mjnav.motion.unicycle import integrate
 from mjnav.scene.sensors import LidarSpec
-from mjnav.scene.spec import Sensors
+from mjnav.scene.spec import Latency, Sensors
 from mjnav.world.floor_plan import FloorPlan
 
 
@@ -212,6 +215,25 @@ def test_the_scene_is_drawn_with_markers(log, bag):
         assert (marker.color.r, label.text) == (np.float32(body.color.r), "person1")
         (left, _) = [marker for marker in message.markers if marker.ns == "lanes"]
         assert [same(point) for point in left.points] == [(0.0, 2.5, 0.0), (10.0, 2.5, 0.0)]
+
+
+@pytest.mark.parametrize(
+    ("control", "delay"),
+    [
+        ({}, 0.1),  # [s] of a decision that takes effect one period later
+        ({"delay": 3}, 0.3),
+        ({"latency": Latency(trace=(0.02, 0.04, 0.05))}, 0.04),
+        ({"prediction": False}, 0.0),
+    ],
+)
+def test_a_plan_begins_when_its_decision_takes_effect(made_up, scenario, control, delay):
+    scenario = replace(scenario, control=replace(scenario.control, **control))
+    (topic,) = rosbag2.ros_topics(scenario)["/plan"]
+    message = decoder(plan_schema())(encode_plan(made_up.plan(num_steps=3)))
+    path = built(topic.type, topic.convert(message, 5_000_000_000))
+    assert_header(path.header, 5_000_000_000)
+    for number, pose in enumerate(path.poses, start=1):
+        assert_header(pose.header, 5_000_000_000 + round(1e9 * (delay + 0.2 * number)))
 
 
 def test_a_planned_way_is_a_path_whose_poses_face_along_it():
