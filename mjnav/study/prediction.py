@@ -73,7 +73,7 @@ def forecasts(
     `whereabouts(name, times)` says where a person was at times (n,) [s]: (n, 2) [m], NaN where nobody knows. A
     prediction for a time at which nobody knows is left out.
     """
-    ahead = step * np.arange(1, num + 1, dtype=float)
+    ahead = step * np.arange(num + 1, dtype=float)
     for moment in moments:
         paths = predictor.predict(Crowd(moment.tracks, moment.samples, moment.time, floor)).paths(step, num)
         for p, track in enumerate(moment.tracks):
@@ -81,7 +81,7 @@ def forecasts(
                 observed = whereabouts(track.name, moment.time + ahead)
                 if np.isfinite(observed).all():
                     person = track.name.partition(_PIECE)[0]
-                    yield Forecast(person, moment.time, path_scores(paths[p, :, 1:], observed))
+                    yield Forecast(person, moment.time, path_scores(paths[p, :, 1:], observed[1:]))
 
 
 # ---------------------------------------------------------------------------------- figures of models
@@ -196,10 +196,12 @@ def moments(
 
 
 def whereabouts(trajectory: Trajectory, name: str, times: Array) -> Array:
-    """Where a person was at times (n,) [s], linear between ticks: (n, 2) [m]; NaN where they were not there."""
+    """Where a person was at times (n,) [s], linear between ticks: (n, 2) [m]; NaN once they have left."""
     path = trajectory.people_position[:, person_names(trajectory.people_position.shape[1]).index(name)]
-    known = trajectory.time
-    return np.stack([np.interp(times, known, axis, left=np.nan, right=np.nan) for axis in path.T], axis=1)
+    known, missed = trajectory.time, np.isnan(path[:, 0]).cumsum()  # who comes again does so somewhere else
+    stays = np.interp(times, known, missed) == np.interp(times[0], known, missed)
+    places = np.stack([np.interp(times, known, axis, left=np.nan, right=np.nan) for axis in path.T], axis=1)
+    return np.where(stays[:, None], places, np.nan)
 
 
 def _belief(trajectory: Trajectory, k: int, p: int, *, exact: bool) -> tuple[Array, Array]:

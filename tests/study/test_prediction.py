@@ -102,3 +102,24 @@ def test_whoever_walks_straight_is_foretold_exactly_where_the_truth_is_known():
     found = measure("crossing1", Plan(("constant_velocity",), exact=True, overrides=QUICK))["models"]
     assert found["constant_velocity"]["figures"]["fde_m"]["value"] == pytest.approx(0.0, abs=1e-6)
     assert found["constant_velocity"]["energy_beyond_first"]["value"] == 0.0
+
+
+def test_nobody_is_foretold_to_come_again_elsewhere(tmp_path):
+    file = tmp_path / "again.toml"
+    file.write_text("""
+schema = 1
+name = "again"
+robot = { start = [0.0, 0.0, 0.0], goal = [8.0, 0.0] }
+[[people]]
+start = [-1.0, 3.0]
+behaviour = "waypoints"
+waypoints = [[1.0, 3.0]]
+at_end = "again"
+trips = [{ from = [[-1.0, 3.0], [-1.0, 3.0]], to = [[1.0, 3.0], [1.0, 3.0]] }]
+clear_of_robot = 0.5
+again_within = 0.1
+""")
+    found = measure(str(file), Plan(("constant_velocity",), exact=True, overrides=(*QUICK, "time_limit=5")))
+    figures = found["models"]["constant_velocity"]
+    assert figures["predictions"] > 0
+    assert figures["by_window"]["fde_m"] < 0.1  # the way begins 2 m behind its end
