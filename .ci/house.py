@@ -37,7 +37,7 @@ BUDGETS = {  # code lines
     "scene": 3664,
     "settings": 814,
     "study": 3226,
-    "world": 2689,
+    "world": 2693,
 }
 MOST_FILES = 309
 MOST_IMPORTS = 0.0995  # of all code lines

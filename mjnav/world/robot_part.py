@@ -93,8 +93,11 @@ def _places(model: "mujoco.MjModel", base: Base, names: tuple[str, ...]) -> floa
             named = ", ".join(model.joint(j).name for j in hinges)
             raise _wrong(f"a wheel's hinge {name!r}; its hinges are {named or 'none'}")
         motors = [a for a in range(model.nu) if model.actuator_trnid[a, 0] == joint]
-        if len(motors) != 1 or model.actuator_biastype[motors[0]] != mujoco.mjtBias.mjBIAS_AFFINE:
+        law = [(int(model.actuator_biastype[a]), float(model.actuator_biasprm[a, 1])) for a in motors]
+        if law != [(mujoco.mjtBias.mjBIAS_AFFINE, 0.0)]:  # of a position actuator the second is its stiffness
             raise _wrong(f"one velocity actuator on the hinge {name!r}")
+        if data.xaxis[joint, 1] < LEVEL:
+            raise _wrong(f"a wheel's hinge {name!r} along 0 1 0, to the left: else the robot drives another way")
         body = int(model.jnt_bodyid[joint])
         sizes = [float(model.geom_rbound[g]) for g in range(model.ngeom) if model.geom_bodyid[g] == body]
         sizes += [float(model.geom_size[g].max()) for g in range(model.ngeom) if model.geom_bodyid[g] == body]

@@ -89,6 +89,7 @@ def _attach(
             part.delete(geom)
     x, y, yaw = pose
     frame = scene.worldbody.add_frame(pos=[x, y, 0.0], quat=[np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)])
+    part.option = scene.option  # MuJoCo warns of others, and keeps the scene's
     scene.attach(part, prefix=prefix, frame=frame)
 
 

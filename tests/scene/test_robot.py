@@ -120,6 +120,13 @@ def test_a_name_that_is_none_is_refused(model, said, tmp_path):
         ("robot.xml", '<freejoint name="free"/>', "", "one body with a free joint, not 0"),
         ("robot.xml", 'name="chassis" type="cylinder" size="0.113', 'type="cylinder" size="0.3', "reaches 0.113 m, as"),
         ("robot.xml", '<velocity name="left_wheel" class="wheel" joint="left_wheel"/>', "", "one velocity actuator"),
+        (
+            "robot.xml",
+            '<velocity name="left_wheel" class="wheel"',
+            '<position name="left_wheel"',
+            "one velocity actuator",
+        ),
+        ("robot.xml", 'axis="0 1 0"', 'axis="0 -1 0"', "a wheel's hinge 'left_wheel' along 0 1 0"),
     ],
 )
 def test_what_cannot_be_driven_is_said_before_anything_starts(lab, file, old, new, said):
@@ -130,6 +137,16 @@ def test_what_cannot_be_driven_is_said_before_anything_starts(lab, file, old, ne
         mjnav.run(loads(RUN + 'model = "robot.toml"', folder=lab), log=False)
     assert "robot.model" in str(told.value)
     assert said in str(told.value)
+
+
+def test_the_scenes_options_hold_and_not_those_of_the_robots_file(lab, recwarn):
+    text = (lab / "robot.xml").read_text()
+    options = '<option timestep="0.01" gravity="0 0 0" integrator="RK4"><flag contact="disable"/></option><default>'
+    (lab / "robot.xml").write_text(text.replace("<default>", options, 1))
+    model = compose(loads(RUN + 'model = "robot.toml"', folder=lab)).compile()
+    shipped = compose(run_of("robot.model=burger")).compile()
+    assert str(model.opt) == str(shipped.opt)
+    assert not recwarn.list
 
 
 def test_what_touches_the_floor_alone_and_what_stands_in_the_world_is_no_part_of_the_body(lab):
