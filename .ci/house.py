@@ -34,9 +34,9 @@ BUDGETS = {  # code lines
     "report": 2592,
     "rkhs": 92,
     "robot": 4070,
-    "scene": 3664,
+    "scene": 3665,
     "settings": 814,
-    "study": 3226,
+    "study": 3228,
     "world": 2693,
 }
 MOST_FILES = 309

@@ -165,7 +165,8 @@ def _grey(data: bytes, name: str) -> tuple[Array, NDArray[np.bool_]]:
     except InvalidValue:
         raise
     except Exception as error:  # damaged pictures raise errors of many types
-        raise InvalidValue("", name, f"a PGM, PNG or BMP picture that can be read ({error})") from None
+        reason = str(error).partition(" <")[0]  # without an address in memory
+        raise InvalidValue("", name, f"a PGM, PNG or BMP picture that can be read ({reason})") from None
     return grey[::-1], clear[::-1]
 
 

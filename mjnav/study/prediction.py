@@ -302,13 +302,17 @@ def measure(source: str, plan: Plan) -> Document:
     That is a log (.mcap), a recording (any other file but .toml), or a scene, by name or run file: its people walk
     while the robot stands at its start. Raises InvalidValue, and what opening a log raises.
     """
+    recorded = not source.endswith((".mcap", ".toml")) and os.path.isfile(source)
+    if recorded != (plan.frame_rate is not None):
+        allowed = "for a recording what its column of frames counts a second, 25 for most of ETH and UCY; else none"
+        raise InvalidValue("--frame-rate", plan.frame_rate, allowed)
+    if recorded:
+        return _recording(source, plan)
     if source.endswith(".mcap"):
         log = open_log(source)
         logged, trajectory = log.scenario(), log.trajectory()
         load = partial(scene.loads, scene.dumps(logged), file=source)
         what = f"{source}, of {logged.name}"
-    elif not source.endswith(".toml") and os.path.isfile(source):
-        return _recording(source, plan)
     else:
         load = partial(scene.load, source)
         overrides = (Override("stop_on_collision", False), *_with_model(plan, plan.models[0]))
@@ -328,9 +332,7 @@ def measure(source: str, plan: Plan) -> Document:
 
 def _recording(source: str, plan: Plan) -> Document:
     recording = crowds.read_recording(source)
-    if plan.frame_rate is None:
-        allowed = "what the recording's column of frames counts a second, as 25 for most files of ETH and UCY"
-        raise InvalidValue("--frame-rate", None, allowed)
+    assert plan.frame_rate is not None
     with below(file=source):
         frames = Frames.of(recording, plan.frame_rate)
     of_models = [scene.loads(_NOWHERE, _with_model(plan, model)) for model in plan.models]

@@ -121,6 +121,7 @@ BAD = {
     without("image") + "\nimage: wide.png": "image: found '4097 x 1 pixels'; allowed: at most 4096 x 4096",
     without("image") + "\nimage: deep.png": "allowed: a picture with 8 bits a colour",
     without("image") + "\nimage: cut.png": "image: found 'cut.png'; allowed: a PGM",
+    without("image") + "\nimage: whole.jpg": "a PGM, PNG or BMP picture that can be read (cannot identify image file)",
 }
 
 
@@ -130,6 +131,7 @@ def test_a_mistake_in_a_map_is_said_with_file_and_key(tmp_path, text):
     Image.fromarray(np.zeros((1, 4097), np.uint8)).save(tmp_path / "wide.png")
     Image.fromarray(np.zeros((2, 2), np.uint16)).save(tmp_path / "deep.png")
     Image.fromarray(np.random.default_rng(0).integers(0, 255, (50, 50), np.uint8)).save(tmp_path / "whole.png")
+    Image.fromarray(np.zeros((2, 2), np.uint8)).save(tmp_path / "whole.jpg")
     (tmp_path / "cut.png").write_bytes((tmp_path / "whole.png").read_bytes()[:200])
     path.write_text(text)
     with pytest.raises(InvalidValue) as refused:
