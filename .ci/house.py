@@ -18,7 +18,7 @@ from types import FrameType
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
     ".": 612,
-    "cli": 2516,
+    "cli": 2519,
     "compile": 339,
     "constraints": 381,
     "control": 3294,

@@ -232,8 +232,10 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # Ctrl-C, `kill`, and 
 
 
 @contextmanager
-def interruptible() -> Iterator[Callable[[], bool]]:
+def interruptible(*, raising: bool = False) -> Iterator[Callable[[], bool]]:
     """Yields whether one of SIGNALS came, so that the command ends in order; a second one later ends the process.
+
+    With `raising` the first one raises KeyboardInterrupt, for what does not ask.
 
     Signals that the process was started to ignore, as under nohup, stay ignored. The handler takes no lock, not even
     that of a threading.Event: a signal that comes while another one's handler holds it would wait for ever.
@@ -245,6 +247,8 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         now = time.monotonic()
         if first is None:
             first = now
+            if raising:
+                raise KeyboardInterrupt
         elif now - first > AT_ONCE:
             signal.signal(number, signal.SIG_DFL)
             signal.raise_signal(number)
@@ -313,7 +317,8 @@ def guarded(command: Callable[[Guard], int]) -> int:
         faulthandler.enable(words, all_threads=False)  # type: ignore[arg-type] - a descriptor, as documented
         guard = Guard(words)
         try:
-            return command(guard)
+            with interruptible(raising=True):
+                return command(guard)
         finally:
             guard.done()
     while True:

@@ -3,6 +3,7 @@
 import io
 import signal
 import sys
+import time
 
 import pytest
 from numba import njit
@@ -10,6 +11,8 @@ from rich.progress import Progress
 
 from mjnav.cli import terminal
 from mjnav.cli.terminal import SIGNALS, compile_notice, interruptible, progress, tell
+
+PATIENCE = 60.0  # [s] for a process on a busy machine
 
 
 class Terminal(io.StringIO):
@@ -44,6 +47,19 @@ def test_handlers_are_given_back_after_a_run(mjnav, handled):
     before = signal.getsignal(handled)
     assert mjnav("run", "crossing1", "--no-log", "--set", "time_limit=0.2").code == 0
     assert signal.getsignal(handled) is before
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_command_is_interrupted_in_order_before_it_asks_for_signals_too(start, tmp_path, number):
+    (tmp_path / "slow.py").write_text("import time\nopen('begun', 'x').close()\ntime.sleep(60.0)\n")
+    process = start("run", "crossing1", "--no-log", "--controller", "slow.py:Slow")
+    ends = time.monotonic() + PATIENCE
+    while not (tmp_path / "begun").exists():
+        assert time.monotonic() < ends, "the module was not imported"
+        time.sleep(0.01)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, out, err) == (130, "", "mjnav: interrupted\n")
 
 
 def test_what_is_ignored_from_the_start_stays_ignored():
