@@ -302,19 +302,19 @@ def measure(source: str, plan: Plan) -> Document:
     That is a log (.mcap), a recording (any other file but .toml), or a scene, by name or run file: its people walk
     while the robot stands at its start. Raises InvalidValue, and what opening a log raises.
     """
-    recorded = not source.endswith((".mcap", ".toml")) and os.path.isfile(source)
-    if recorded != (plan.frame_rate is not None):
-        allowed = "for a recording what its column of frames counts a second, 25 for most of ETH and UCY; else none"
-        raise InvalidValue("--frame-rate", plan.frame_rate, allowed)
-    if recorded:
+    log = open_log(source) if source.endswith(".mcap") else None
+    if log is not None:
+        load = partial(scene.loads, scene.dumps(log.scenario()), file=source)
+    elif not source.endswith(".toml") and os.path.isfile(source):
         return _recording(source, plan)
-    if source.endswith(".mcap"):
-        log = open_log(source)
-        logged, trajectory = log.scenario(), log.trajectory()
-        load = partial(scene.loads, scene.dumps(logged), file=source)
-        what = f"{source}, of {logged.name}"
     else:
         load = partial(scene.load, source)
+    of_models = [load(_with_model(plan, model)) for model in plan.models]
+    if plan.frame_rate is not None:
+        raise InvalidValue("--frame-rate", plan.frame_rate, "none but of a recording, whose column of frames it is of")
+    if log is not None:
+        trajectory, what = log.trajectory(), f"{source}, of {of_models[0].name}"
+    else:
         overrides = (Override("stop_on_collision", False), *_with_model(plan, plan.models[0]))
         scenario = replace(load(overrides, seed=plan.seed), prediction=None)
         with Simulation(scenario, estimators=not plan.exact) as simulation:
@@ -322,7 +322,6 @@ def measure(source: str, plan: Plan) -> Document:
                 simulation.step(0.0, 0.0)
             trajectory = simulation.trajectory
         what = f"{scenario.name}, seed {scenario.seed}, the robot at its start"
-    of_models = [load(_with_model(plan, model)) for model in plan.models]
     floor = FloorMap(of_models[0]).known
     seed = of_models[0].seed if plan.seed is None else plan.seed
 
@@ -332,7 +331,9 @@ def measure(source: str, plan: Plan) -> Document:
 
 def _recording(source: str, plan: Plan) -> Document:
     recording = crowds.read_recording(source)
-    assert plan.frame_rate is not None
+    if plan.frame_rate is None:
+        allowed = "what the recording's column of frames counts a second, as 25 for most files of ETH and UCY"
+        raise InvalidValue("--frame-rate", None, allowed)
     with below(file=source):
         frames = Frames.of(recording, plan.frame_rate)
     of_models = [scene.loads(_NOWHERE, _with_model(plan, model)) for model in plan.models]

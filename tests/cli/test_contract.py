@@ -170,8 +170,10 @@ paper --seeds 0 -> --seeds: found 0
 import crowd walkers.txt --frame-rate 25 --set physics.enginx=kinematic -> --set needs -o FILE.toml
 import crowd gone.txt --frame-rate 25 -> gone.txt: found nothing; allowed: a recording that can be read (No such file
 import crowd walkers.txt -> --frame-rate: found nothing; allowed: what the column of frames counts a second: 25
-predict walkers.txt -> --frame-rate: found nothing; allowed: for a recording what its column of frames counts
-predict crossing1 --frame-rate 25 -> --frame-rate: found 25.0; allowed: for a recording
+predict walkers.txt -> --frame-rate: found nothing; allowed: what the recording's column of frames counts a second
+predict crossing1 --frame-rate 25 -> --frame-rate: found 25.0; allowed: none but of a recording
+predict gone.txt --frame-rate 25 -> scene: found 'gone.txt'
+predict crossing1 --model constant_velocity constant_velocty -> did you mean 'constant_velocity'?
 import crowd walkers.txt --people 3 -> --people needs -o FILE.toml
 import crowd walkers.txt --duration 0 -> --duration: found 0.0; allowed: a number from 1 to 1000000 s
 import crowd walkers.txt --frame-rate 25 --set crowd.scal=2 -> --set: crowd.scal: found 'scal'; allowed: crop,
