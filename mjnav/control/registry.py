@@ -140,8 +140,8 @@ METHODS = registry(
     ),
     Method(
         "mean", "mean:Mean", "the constraints at the mean only", "velocity obstacles, Fiorini & Shiller 1998",
-        tuned(preview=0.48, horizon=6.91, safety_margin=0.0966, heading_weight=0.672,
-              speed_change_weight=0.0241, turn_change_weight=0.0392),
+        tuned(preview=0.573, horizon=5.49, safety_margin=0.0913, heading_weight=0.428, window="bounds",
+              speed_change_weight=0.0167, turn_change_weight=0.134),
     ),
     Method(
         "gaussian-linearised", "gaussian_linearised:GaussianLinearised",
@@ -167,6 +167,8 @@ METHODS = registry(
     Method(
         "cvar", "cvar:Cvar", "the mean of the worst samples must be safe",
         "Rockafellar & Uryasev 2000; MMD-OPT 2024's baseline",
+        tuned(eta=0.775, horizon=7.46, safety_margin=0.07, heading_weight=0.26,
+              speed_change_weight=0.0443, turn_change_weight=0.117),
     ),
     Method(
         "saa", "saa:Saa", "at most a share of samples may collide",
@@ -175,8 +177,8 @@ METHODS = registry(
     Method(
         "mppi", "mppi:Mppi", "a mean of sampled rollouts, weighted by their cost",
         "Williams et al. 2017; DRA-MPPI 2025",
-        tuned(weight=19.1, temperature=0.107, step=0.205, safety_margin=0.0693,
-              speed_change_weight=0.037, turn_change_weight=0.0032),
+        tuned(weight=14.4, temperature=0.155, step=0.211, safety_margin=0.0687,
+              speed_change_weight=0.246, turn_change_weight=0.012),
     ),
     Method(
         "mppi-plus", "mppi_plus:MppiPlus", "the rollouts and costs of rkhs-plan with the risk of mppi",
@@ -195,8 +197,8 @@ METHODS = registry(
     Method(
         "dwa", "dwa:Dwa", "clearance along arcs, people going straight on",
         "Fox, Burgard & Thrun 1997; Seder & Petrovic 2007",
-        tuned(weight=3.4, clearance=1.09, safety_margin=0.144, heading_weight=0.592, moving=True,
-              speed_change_weight=0.00723, turn_change_weight=0.216),
+        tuned(weight=2.31, clearance=3.38, safety_margin=0.0895, heading_weight=0.781, moving=True,
+              speed_change_weight=0.0467, turn_change_weight=0.00867),
     ),
 )  # fmt: skip
 
