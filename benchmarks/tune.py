@@ -1,71 +1,127 @@
-"""Tunes methods by the rules that the study `tuning` states: for every method as many settings and episodes.
+"""Tunes methods by the rules that runs/bench/tuning.toml states: for every method as many settings and episodes.
 
     python benchmarks/tune.py METHOD ... [-o FOLDER] [--workers N]
 
-The best settings of each round go on to the next, on more seeds; the best of the last is set beside the parameters as
-they stand on layouts that no round had. Prints every round's ranking, as `mjnav compare --rank` does, and the better
-one as a line of a study file. It resumes: rows lie in FOLDER/METHOD, and a run that was stopped goes on from there.
+The worlds are those of the suites of `mjnav bench`, with training layouts and seeds that no suite has. The best
+settings of each round go on to the next, with more episodes; the best of the last is set beside the parameters as they
+stand on layouts that no round had. Prints every round's ranking, and the better one as a line of a study file. It
+resumes: rows lie in FOLDER/METHOD, and a run that was stopped goes on from there.
 
 The parameters as they stand are a method's defaults, and so are those that its search does not draw. What this found
 has become the defaults: a search of today starts from there, and does not repeat the one that found them.
 """
 
 import argparse
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import ceil
 from os import cpu_count
 from pathlib import Path
+from statistics import fmean
+from typing import Any
 
-from mjnav.study.cells import Cell, resolve
+from mjnav.control.parameters import RATED_PERIOD
+from mjnav.control.registry import CHANGES
+from mjnav.errors import unknown_name
+from mjnav.loop.prepare import load_scenario
+from mjnav.scene.library import data_folder
+from mjnav.scene.toml import value_text
+from mjnav.study.bench import Bench, Suite
+from mjnav.study.cells import resolve
 from mjnav.study.compare.ranking import RULE, RankedSetting, rank
 from mjnav.study.store import Store
-from mjnav.study.study_file import StudyFile, load_study, study_text
+from mjnav.study.study_file import MethodEntry, StudyFile, flat
 from mjnav.study.sweep.schedulers import Scheduler, local
-from mjnav.study.sweep.sweep import sweep
-from mjnav.study.trial import Trial
+from mjnav.study.sweep.sweep import sweep, trials
 
-FIRST = 1000
-ROUNDS = ((24, 3), (6, 11), (2, 31))  # how many settings are run, under the first so many seeds
-KEPT_BACK = {"crowdnav-plus": 60}  # seeds behind those, for the last comparison, by scene
-KEPT_BACK_ELSE = 14
-
-
-def run(study: StudyFile, cells: list[Cell], seeds: dict[str, range], folder: Path, scheduler: Scheduler) -> None:
-    """Adds the episodes of these cells under the `seeds` of their scenes to the rows in a folder."""
-    most = max(len(some) for some in seeds.values())
-    wanted = [Trial(study.name, c, seeds[c.scene][i]) for i in range(most) for c in cells if i < len(seeds[c.scene])]
-    sweep(wanted, Store(folder), scheduler, text=f"# mjnav sweep tuning\n{study_text(study)}", resume=True)
+FILE = data_folder("runs") / "bench" / "tuning.toml"
+FIRST = 100_000  # seeds from here on
+ROUNDS = ((24, 2), (6, 10), (2, 30))  # how many settings have run this many episodes of every suite
+KEPT_BACK = 20  # episodes of every suite behind those, for the last comparison
+Settings = Mapping[str, Mapping[str, Any]]  # values of parameters, by label
 
 
-def told(setting: RankedSetting) -> str:
-    """A setting and how it did, in a line."""
-    score, rates = setting.score, setting.figures
-    shown = f"score {score.value:.3f} [{score.interval[0]:.3f}, {score.interval[1]:.3f}]"
-    reached, touched = (100.0 * rates[name].value for name in ("success", "collision"))
-    return f"{setting.label:28} n {setting.episodes:4}  {shown}  success {reached:.0f} %  collision {touched:.0f} %"
+@dataclass(frozen=True, slots=True)
+class Score:
+    """Of a setting, in a number of episodes: means of what it has in every suite."""
+
+    score: float
+    success: float
+    collision: float
+    episodes: int
+
+    @classmethod
+    def of(cls, suites: Sequence[RankedSetting]) -> "Score":
+        """Of how it did in each."""
+        success, collision = (fmean(suite.figures[name].value for suite in suites) for name in ("success", "collision"))
+        episodes = sum(suite.episodes for suite in suites)
+        return cls(fmean(suite.score.value for suite in suites), success, collision, episodes)
+
+    def __str__(self) -> str:
+        touched = f"success {100.0 * self.success:.0f} %  collision {100.0 * self.collision:.0f} %"
+        return f"n {self.episodes:4}  score {self.score:.3f}  {touched}"
 
 
-def tune(study: StudyFile, folder: Path, scheduler: Scheduler) -> None:
-    """All rounds of a study with one method."""
-    cells = list(resolve(study))
-    standing = cells[0].method
-    settings = list(dict.fromkeys(cell.method for cell in cells))
-    scenes = {cell.scene for cell in cells}
-    for count, num in ROUNDS:
-        settings = settings[:count]
-        own = [cell for cell in cells if cell.method in settings]
-        run(study, own, dict.fromkeys(scenes, range(FIRST, FIRST + num)), folder / "rounds", scheduler)
-        ranking = {setting.label: setting for setting in rank(Store(folder / "rounds"), study)[0].settings}
-        settings = [label for label in ranking if label in settings]
-        print(f"{num} seeds:", *(told(ranking[label]) for label in settings[:6]), sep="\n  ", flush=True)
-    best = settings[0]
+def training(suite: Suite, method: MethodEntry, settings: Settings) -> StudyFile:
+    """The suite's worlds with training layouts, and these settings of the method.
+
+    Weights of a change are drawn as at RATED_PERIOD and follow the control period, as defaults do.
+    """
+    rate = load_scenario(suite.scenes[0]).control.rate
+    entries = []
+    for label, values in settings.items():
+        changes = {key: values[key] / (rate * RATED_PERIOD) for key in CHANGES if key in values}
+        entries.append(MethodEntry(method.controller, label, {**method.set, **values, **changes}))
+    study = suite.study(entries)
+    return replace(study, name=f"tuning {suite.name}", set={**flat(study.set), "layout.purpose": "training"})
+
+
+def run(studies: Sequence[StudyFile], count: range, store: Store, scheduler: Scheduler) -> dict[str, Score]:
+    """Of all settings of the studies by their episodes in `count` of every suite, after running those that lack."""
+    seeded, wanted = [], []
+    for study in studies:
+        cells = resolve(study)
+        worlds = len(cells) // len(study.methods)
+        seeds = range(FIRST + ceil(count.start / worlds), FIRST + ceil(count.stop / worlds))
+        seeded.append(replace(study, seeds=tuple(seeds)))
+        wanted += trials(seeded[-1], cells)
+    sweep(wanted, store, scheduler, text="# mjnav sweep tuning\n", resume=True)
+    by_suite = [{one.method: one.settings[0] for one in rank(store, study)} for study in seeded]
+    scores = {label: Score.of([ranked[label] for ranked in by_suite]) for label in by_suite[0]}
+    return dict(sorted(scores.items(), key=lambda item: -item[1].score))
+
+
+def lines(scores: Mapping[str, Score]) -> Iterator[str]:
+    """The best of them, a line each."""
+    yield from (f"{label:4} {score}" for label, score in list(scores.items())[:6])
+
+
+def tune(bench: Bench, method: MethodEntry, folder: Path, scheduler: Scheduler) -> None:
+    """All rounds with one method."""
+    assert method.search is not None
+    drawn = method.search.settings("tuning", method.identifier, method.controller, method.values)
+    settings = {
+        f"#{number}": {key.removeprefix("control."): value for key, value in values.items()}
+        for number, values in enumerate(drawn, 1)
+    }
+    standing, *_ = labels = list(settings)
+
+    def scores_of(labels: Sequence[str], count: range, store: str) -> dict[str, Score]:
+        own = {label: settings[label] for label in labels}
+        studies = [training(suite, method, own) for suite in bench.suites]
+        return run(studies, count, Store(folder / store), scheduler)
+
+    for many, episodes in ROUNDS:
+        scores = scores_of(labels[:many], range(episodes), "rounds")
+        labels = list(scores)
+        print(f"{episodes} episodes of every suite:", *lines(scores), sep="\n  ", flush=True)
+    best = labels[0]
     if best != standing:
-        last = FIRST + ROUNDS[-1][1]
-        seeds = {scene: range(last, last + KEPT_BACK.get(scene, KEPT_BACK_ELSE)) for scene in scenes}
-        run(study, [c for c in cells if c.method in (best, standing)], seeds, folder / "kept-back", scheduler)
-        ranked = rank(Store(folder / "kept-back"), study)[0].settings
-        print("layouts that no round had:", *map(told, ranked), sep="\n  ")
-        best = ranked[0].label
-    print(f"better: {best}\n  {ranking[best].toml if best != standing else 'the parameters as they stand'}", flush=True)
+        last = ROUNDS[-1][1]
+        scores = scores_of((standing, best), range(last, last + KEPT_BACK), "kept-back")
+        print("layouts that no round had:", *lines(scores), sep="\n  ")
+        best = next(iter(scores))
+    print(f"better: {best}\n  {value_text(settings[best]) if best != standing else 'the parameters as they stand'}")
 
 
 def main() -> None:
@@ -75,12 +131,15 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/out/tuning"))
     parser.add_argument("--workers", type=int, default=cpu_count() or 1)
     options = parser.parse_args()
-    study = load_study("tuning")
+    bench = Bench.load(str(FILE))
+    known = {method.identifier: method for method in bench.methods}
+    for name in options.methods:
+        if name not in known:
+            parser.error(str(unknown_name("METHOD", name, known)))
     print(RULE)
-    for method in options.methods:
-        own = replace(study, methods=tuple(m for m in study.methods if m.identifier == method))
-        print(f"\n{method}", flush=True)
-        tune(own, options.output / method, local(options.workers))
+    for name in options.methods:
+        print(f"\n{name}", flush=True)
+        tune(bench, known[name], options.output / name, local(options.workers))
 
 
 if __name__ == "__main__":
