@@ -18,14 +18,16 @@ from math import ceil
 from os import cpu_count
 from pathlib import Path
 from statistics import fmean
-from typing import Any
+from typing import Annotated, Any
 
 from mjnav.control.parameters import RATED_PERIOD
 from mjnav.control.registry import CHANGES
 from mjnav.errors import unknown_name
 from mjnav.loop.prepare import load_scenario
 from mjnav.scene.library import data_folder
-from mjnav.scene.toml import value_text
+from mjnav.scene.load import read_text
+from mjnav.scene.toml import parse, value_text
+from mjnav.settings import Length, Range, Settled, read_document
 from mjnav.study.bench import Bench, Suite
 from mjnav.study.cells import resolve
 from mjnav.study.compare.ranking import RULE, RankedSetting, rank
@@ -39,6 +41,14 @@ FIRST = 100_000  # seeds from here on
 ROUNDS = ((24, 2), (6, 10), (2, 30))  # how many settings have run this many episodes of every suite
 KEPT_BACK = 20  # episodes of every suite behind those, for the last comparison
 Settings = Mapping[str, Mapping[str, Any]]  # values of parameters, by label
+
+
+@dataclass(frozen=True, slots=True)
+class Searches(Settled):
+    """FILE."""
+
+    schema: Annotated[int, Range(1, 1), "version of this format"]
+    methods: Annotated[tuple[MethodEntry, ...], Length(1, 100), "each with a search"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +106,7 @@ def lines(scores: Mapping[str, Score]) -> Iterator[str]:
     yield from (f"{label:4} {score}" for label, score in list(scores.items())[:6])
 
 
-def tune(bench: Bench, method: MethodEntry, folder: Path, scheduler: Scheduler) -> None:
+def tune(suites: Sequence[Suite], method: MethodEntry, folder: Path, scheduler: Scheduler) -> None:
     """All rounds with one method."""
     assert method.search is not None
     drawn = method.search.settings("tuning", method.identifier, method.controller, method.values)
@@ -108,7 +118,7 @@ def tune(bench: Bench, method: MethodEntry, folder: Path, scheduler: Scheduler) 
 
     def scores_of(labels: Sequence[str], count: range, store: str) -> dict[str, Score]:
         own = {label: settings[label] for label in labels}
-        studies = [training(suite, method, own) for suite in bench.suites]
+        studies = [training(suite, method, own) for suite in suites]
         return run(studies, count, Store(folder / store), scheduler)
 
     for many, episodes in ROUNDS:
@@ -131,15 +141,15 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/out/tuning"))
     parser.add_argument("--workers", type=int, default=cpu_count() or 1)
     options = parser.parse_args()
-    bench = Bench.load(str(FILE))
-    known = {method.identifier: method for method in bench.methods}
+    searches = read_document(Searches, parse(read_text(str(FILE)), str(FILE)))
+    known = {method.identifier: method for method in searches.methods}
     for name in options.methods:
         if name not in known:
             parser.error(str(unknown_name("METHOD", name, known)))
     print(RULE)
     for name in options.methods:
         print(f"\n{name}", flush=True)
-        tune(bench, known[name], options.output / name, local(options.workers))
+        tune(Bench.load().suites, known[name], options.output / name, local(options.workers))
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ def summary(*overrides: str, scene: str = "hall", controller: str | None = None)
     return Episode(load_scenario(scene, overrides, controller=controller)).run().summary
 
 
-BASIC = ("crossing1", "crossing2", "crossing3", "five", "hall", "lane", "table")
+BASIC = ("crossing1", "crossing2", "crossing3", "five", "hall", "halls", "lane", "table")
 WITH_CROWDS = tuple(name for name in scene.names() if name not in (*BASIC, "hall-lidar"))  # test_hall_lidar.py
 PUBLISHED = ("crowdnav", "crowdnav-plus", "dsrnn")  # whose people do not see the robot
 METHODS = tuple(control.names())
@@ -60,7 +60,7 @@ def test_two_seconds_of_a_published_crowd_are_finite_under_every_method(scene, c
     assert figures["ticks"] == (20 if scene == "dsrnn" else 8)
 
 
-@pytest.mark.parametrize("scene", WITH_CROWDS)
+@pytest.mark.parametrize("scene", ("halls", *WITH_CROWDS))
 def test_every_seed_of_a_scene_is_another_layout(scene):
     first, again, other = (load_scenario(scene, seed=seed) for seed in (1, 1, 2))
     assert first == again

@@ -77,7 +77,7 @@ def as_published(period: float) -> dict[str, Any]:
 def tuned(**values: Any) -> Callable[[float], dict[str, Any]]:
     """A preset: what tuning found, with the weights of a change at RATED_PERIOD, from which they follow the period.
 
-    It is the best of 24 settings on the training layouts of the study `tuning` (`python benchmarks/tune.py METHOD`).
+    runs/bench/tuning.toml states the rules (`python benchmarks/tune.py METHOD`).
     """
     return lambda period: values | _followed(period, {key: values[key] for key in CHANGES if key in values})
 

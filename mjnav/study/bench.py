@@ -76,7 +76,7 @@ class Bench(Settled):
     """runs/bench/suites.toml, or a file of one's own."""
 
     schema: Annotated[int, Range(1, 1), "version of this format"]
-    suites: Annotated[tuple[Suite, ...], Length(0, 100), "the shipped file's by default"] = ()
+    suites: Annotated[tuple[Suite, ...], Length(1, 100)]
     methods: Annotated[tuple[MethodEntry, ...], Length(0, 100), "of the reference; the shipped file's by default"] = ()
     set: Annotated[Overrides, "any keys of a run file, for all episodes"] = field(default_factory=dict)
     source: str = field(default="", compare=False)  # the file it came from
@@ -87,7 +87,7 @@ class Bench(Settled):
         name = path or str(data_folder("runs") / BENCH / SUITES)
         with below(file=name):
             bench = read_document(cls, parse(read_text(name), name))
-        suites = tuple(replace(s, set={**bench.set, **s.set}, source=name) for s in bench.suites or cls.load().suites)
+        suites = tuple(replace(s, set={**bench.set, **s.set}, source=name) for s in bench.suites)
         return replace(bench, suites=suites, methods=bench.methods or cls.load().methods, source=name)
 
     @property

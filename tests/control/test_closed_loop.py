@@ -9,9 +9,7 @@ from mjnav.messages import RobotLimits
 
 @pytest.fixture(params=["dwa", "mppi", "orca"])
 def controller(request):
-    # By what tuning found `dwa` takes 21 s to turn to a goal behind it.
-    own = {"turn_change_weight": 0.01} if request.param == "dwa" else {}
-    return make_controller(request.param, RobotLimits(), 0.1, **own)
+    return make_controller(request.param, RobotLimits(), 0.1)
 
 
 @pytest.mark.parametrize("goal", [(4.0, 0.0), (3.0, 3.0), (-3.0, 0.5), (-4.0, 0.0), (0.0, 2.0)])

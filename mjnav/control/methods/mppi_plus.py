@@ -29,7 +29,7 @@ from mjnav.settings import Range
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MppiPlusParameters(PlannerParameters):
-    """The planner's parameters and the weights of the risk, as the study `tuning` found them best."""
+    """The planner's parameters and the weights of the risk, as tuning found them best."""
 
     goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.191
     progress_weight: Annotated[Weight, "w_P, of the way that is left"] = 2.76
