@@ -72,6 +72,20 @@ class Score:
         return f"n {self.episodes:4}  score {self.score:.3f}  {touched}"
 
 
+def searches() -> dict[str, MethodEntry]:
+    """The methods of FILE by name."""
+    found = read_document(Searches, parse(read_text(str(FILE)), str(FILE)))
+    return {method.identifier: method for method in found.methods}
+
+
+def settings_of(method: MethodEntry) -> Settings:
+    """Its parameters as they stand, "#1", and those that its search draws."""
+    assert method.search is not None
+    drawn = method.search.settings("tuning", method.identifier, method.controller, method.values)
+    values = ({key.removeprefix("control."): value for key, value in one.items()} for one in drawn)
+    return {f"#{number}": one for number, one in enumerate(values, 1)}
+
+
 def training(suite: Suite, method: MethodEntry, settings: Settings) -> StudyFile:
     """The suite's worlds with training layouts, and these settings of the method.
 
@@ -95,7 +109,8 @@ def run(studies: Sequence[StudyFile], count: range, store: Store, scheduler: Sch
         seeds = range(FIRST + ceil(count.start / worlds), FIRST + ceil(count.stop / worlds))
         seeded.append(replace(study, seeds=tuple(seeds)))
         wanted += trials(seeded[-1], cells)
-    sweep(wanted, store, scheduler, text="# mjnav sweep tuning\n", resume=True)
+    if sweep(wanted, store, scheduler, text="# mjnav sweep tuning\n", resume=True).interrupted:
+        raise SystemExit("interrupted: the same command goes on")
     by_suite = [{one.method: one.settings[0] for one in rank(store, study)} for study in seeded]
     scores = {label: Score.of([ranked[label] for ranked in by_suite]) for label in by_suite[0]}
     return dict(sorted(scores.items(), key=lambda item: -item[1].score))
@@ -108,12 +123,7 @@ def lines(scores: Mapping[str, Score]) -> Iterator[str]:
 
 def tune(suites: Sequence[Suite], method: MethodEntry, folder: Path, scheduler: Scheduler) -> None:
     """All rounds with one method."""
-    assert method.search is not None
-    drawn = method.search.settings("tuning", method.identifier, method.controller, method.values)
-    settings = {
-        f"#{number}": {key.removeprefix("control."): value for key, value in values.items()}
-        for number, values in enumerate(drawn, 1)
-    }
+    settings = settings_of(method)
     standing, *_ = labels = list(settings)
 
     def scores_of(labels: Sequence[str], count: range, store: str) -> dict[str, Score]:
@@ -141,12 +151,11 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/out/tuning"))
     parser.add_argument("--workers", type=int, default=cpu_count() or 1)
     options = parser.parse_args()
-    searches = read_document(Searches, parse(read_text(str(FILE)), str(FILE)))
-    known = {method.identifier: method for method in searches.methods}
+    known = searches()
     for name in options.methods:
         if name not in known:
             parser.error(str(unknown_name("METHOD", name, known)))
-    print(RULE)
+    print(f"{RULE} of a suite; a setting's score is the mean over the suites")
     for name in options.methods:
         print(f"\n{name}", flush=True)
         tune(Bench.load().suites, known[name], options.output / name, local(options.workers))

@@ -1,13 +1,18 @@
-"""The bench: its suites and reference rows, what is paired with what, and what a changed suite does."""
+"""The bench: its suites and reference rows, what is paired with what, what changes, and how methods are tuned."""
 
+import importlib.util
+import json
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import pyarrow.parquet as parquet
 import pytest
 
 from mjnav.errors import InvalidValue, MjnavError
+from mjnav.scene import loads
 from mjnav.study.bench import Bench, Reference, comparison, share_of, weakest
+from mjnav.study.cells import resolve
 from mjnav.study.store import Store, schema
 from mjnav.study.study_file import MethodEntry
 from tests.study.made_up import row
@@ -144,3 +149,19 @@ def test_an_unknown_suite_a_wrong_file_and_broken_rows_are_named(bench, tmp_path
     parquet.write_table(schema().empty_table(), tmp_path / "bare.parquet")  # as another program leaves one: without
     with pytest.raises(MjnavError, match=r"bare\.parquet: cannot be read"):  # what the rows were made in
         Reference.load(tmp_path / "bare.parquet")
+
+
+def test_every_method_but_the_equations_alone_is_tuned_on_layouts_that_no_suite_has(bench):
+    spec = importlib.util.spec_from_file_location("tune", Path(__file__).parents[2] / "benchmarks" / "tune.py")
+    tune = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tune)
+    methods = tune.searches()
+    assert {*methods} == {method.identifier for method in bench.methods} - {"rkhs-paper"}
+    for i, method in enumerate(methods.values()):
+        suite, drawn = bench.suites[i % len(bench.suites)], tune.settings_of(method)["#2"]
+        assert max(suite.study(bench.methods).all_seeds) < tune.FIRST
+        for cell in resolve(tune.training(suite, method, {"#2": drawn})):  # refuses what the method does not take
+            assert 'purpose = "training"' in cell.document or "[published]" in cell.document
+            for key in {"speed_change_weight", "turn_change_weight"} & {*drawn}:
+                at_10_hz = drawn[key] * 10.0 / loads(cell.document).control.rate
+                assert json.loads(cell.control)[key] == pytest.approx(at_10_hz)
