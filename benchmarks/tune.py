@@ -3,18 +3,18 @@
     python benchmarks/tune.py METHOD ... [-o FOLDER] [--workers N]
 
 The worlds are those of the suites of `mjnav bench`, with training layouts and seeds that no suite has. The best
-settings of each round go on to the next, with more episodes; the best of the last is set beside the parameters as they
-stand on layouts that no round had. Prints every round's ranking, and the better one as a line of a study file. It
-resumes: rows lie in FOLDER/METHOD, and a run that was stopped goes on from there.
+settings of each round go on to the next, with more episodes; the best of the last replaces the parameters as they stand
+where it does better on layouts that no round had. Prints every round's ranking, and what replaces them as a line of a
+study file. It resumes: rows lie in FOLDER/METHOD, and a run that was stopped goes on from there.
 
 The parameters as they stand are a method's defaults, and so are those that its search does not draw. What this found
 has become the defaults: a search of today starts from there, and does not repeat the one that found them.
 """
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import ceil
+from math import ceil, sqrt
 from os import cpu_count
 from pathlib import Path
 from statistics import fmean
@@ -39,7 +39,7 @@ from mjnav.study.sweep.sweep import sweep, trials
 FILE = data_folder("runs") / "bench" / "tuning.toml"
 FIRST = 100_000  # seeds from here on
 ROUNDS = ((24, 2), (6, 10), (2, 30))  # how many settings have run this many episodes of every suite
-KEPT_BACK = 20  # episodes of every suite behind those, for the last comparison
+KEPT_BACK = 60  # episodes of every suite behind those, for the last comparison
 Settings = Mapping[str, Mapping[str, Any]]  # values of parameters, by label
 
 
@@ -52,24 +52,26 @@ class Searches(Settled):
 
 
 @dataclass(frozen=True, slots=True)
-class Score:
-    """Of a setting, in a number of episodes: means of what it has in every suite."""
+class Result:
+    """How a setting did in every suite."""
 
-    score: float
-    success: float
-    collision: float
-    episodes: int
+    suites: Sequence[RankedSetting]
 
-    @classmethod
-    def of(cls, suites: Sequence[RankedSetting]) -> "Score":
-        """Of how it did in each."""
-        success, collision = (fmean(suite.figures[name].value for suite in suites) for name in ("success", "collision"))
-        episodes = sum(suite.episodes for suite in suites)
-        return cls(fmean(suite.score.value for suite in suites), success, collision, episodes)
+    @property
+    def score(self) -> float:
+        """The mean of the suites' means."""
+        return fmean(suite.score.value for suite in self.suites)
+
+    def gain(self, before: "Result") -> tuple[float, float]:
+        """How much higher the score is than another's in the same episodes, and half the width of its 95 % interval."""
+        pairs = [one.scores - other.scores for one, other in zip(self.suites, before.suites, strict=True)]
+        error = sqrt(sum(pair.var(ddof=1) / len(pair) for pair in pairs)) / len(pairs)
+        return fmean(pair.mean() for pair in pairs), 1.96 * error
 
     def __str__(self) -> str:
-        touched = f"success {100.0 * self.success:.0f} %  collision {100.0 * self.collision:.0f} %"
-        return f"n {self.episodes:4}  score {self.score:.3f}  {touched}"
+        success, touched = (fmean(s.figures[name].value for s in self.suites) for name in ("success", "collision"))
+        episodes = sum(suite.episodes for suite in self.suites)
+        return f"n {episodes:4}  score {self.score:.3f}  success {success:.0%}  collision {touched:.0%}"
 
 
 def searches() -> dict[str, MethodEntry]:
@@ -100,8 +102,8 @@ def training(suite: Suite, method: MethodEntry, settings: Settings) -> StudyFile
     return replace(study, name=f"tuning {suite.name}", set={**flat(study.set), "layout.purpose": "training"})
 
 
-def run(studies: Sequence[StudyFile], count: range, store: Store, scheduler: Scheduler) -> dict[str, Score]:
-    """Of all settings of the studies by their episodes in `count` of every suite, after running those that lack."""
+def run(studies: Sequence[StudyFile], count: range, store: Store, scheduler: Scheduler) -> dict[str, Result]:
+    """Of all settings by their episodes in `count` of every suite, after running those that lack; the best first."""
     seeded, wanted = [], []
     for study in studies:
         cells = resolve(study)
@@ -112,13 +114,13 @@ def run(studies: Sequence[StudyFile], count: range, store: Store, scheduler: Sch
     if sweep(wanted, store, scheduler, text="# mjnav sweep tuning\n", resume=True).interrupted:
         raise SystemExit("interrupted: the same command goes on")
     by_suite = [{one.method: one.settings[0] for one in rank(store, study)} for study in seeded]
-    scores = {label: Score.of([ranked[label] for ranked in by_suite]) for label in by_suite[0]}
-    return dict(sorted(scores.items(), key=lambda item: -item[1].score))
+    results = {label: Result([ranked[label] for ranked in by_suite]) for label in by_suite[0]}
+    return dict(sorted(results.items(), key=lambda item: -item[1].score))
 
 
-def lines(scores: Mapping[str, Score]) -> Iterator[str]:
+def shown(results: Mapping[str, Result]) -> str:
     """The best of them, a line each."""
-    yield from (f"{label:4} {score}" for label, score in list(scores.items())[:6])
+    return "".join(f"\n  {label:4} {result}" for label, result in list(results.items())[:6])
 
 
 def tune(suites: Sequence[Suite], method: MethodEntry, folder: Path, scheduler: Scheduler) -> None:
@@ -126,22 +128,23 @@ def tune(suites: Sequence[Suite], method: MethodEntry, folder: Path, scheduler: 
     settings = settings_of(method)
     standing, *_ = labels = list(settings)
 
-    def scores_of(labels: Sequence[str], count: range, store: str) -> dict[str, Score]:
+    def results_of(labels: Sequence[str], count: range, store: str) -> dict[str, Result]:
         own = {label: settings[label] for label in labels}
-        studies = [training(suite, method, own) for suite in suites]
-        return run(studies, count, Store(folder / store), scheduler)
+        return run([training(suite, method, own) for suite in suites], count, Store(folder / store), scheduler)
 
     for many, episodes in ROUNDS:
-        scores = scores_of(labels[:many], range(episodes), "rounds")
-        labels = list(scores)
-        print(f"{episodes} episodes of every suite:", *lines(scores), sep="\n  ", flush=True)
-    best = labels[0]
+        results = results_of(labels[:many], range(episodes), "rounds")
+        labels = list(results)
+        print(f"{episodes} episodes of every suite:{shown(results)}", flush=True)
+    best, last = labels[0], ROUNDS[-1][1]
     if best != standing:
-        last = ROUNDS[-1][1]
-        scores = scores_of((standing, best), range(last, last + KEPT_BACK), "kept-back")
-        print("layouts that no round had:", *lines(scores), sep="\n  ")
-        best = next(iter(scores))
-    print(f"better: {best}\n  {value_text(settings[best]) if best != standing else 'the parameters as they stand'}")
+        results = results_of((standing, best), range(last, last + KEPT_BACK), "kept-back")
+        gain, half = results[best].gain(results[standing])
+        print(f"layouts that no round had:{shown(results)}\n  {best} - {standing}: {gain:+.3f} ± {half:.3f}")
+        if gain > half:
+            print(f"better: {value_text(settings[best])}", flush=True)
+            return
+    print("the parameters as they stand stay", flush=True)
 
 
 def main() -> None:

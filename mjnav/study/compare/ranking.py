@@ -1,7 +1,7 @@
 """Which of its settings each method of a study does best with, by one number that is stated before the study is run."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -37,6 +37,7 @@ class RankedSetting:
     failed: int  # of them, those without a result
     score: Estimate
     figures: Mapping[str, Estimate]  # rates of success and collision; time [s] and control cost of the successes
+    scores: Array = field(compare=False, repr=False)  # (n,) of every episode, scene by scene and seed by seed
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +106,7 @@ def _ranked(variant: Variant, cells: Sequence[CellRows], worlds: Mapping[World, 
         failed=int(together.failed.sum()),
         score=Estimate(float(own.mean()), _interval(own), len(own)),
         figures={figure: estimate(together, figure) for figure in _FIGURES},
+        scores=own,
     )
 
 
