@@ -141,7 +141,7 @@ def tune(suites: Sequence[Suite], method: MethodEntry, folder: Path, scheduler: 
         results = results_of((standing, best), range(last, last + KEPT_BACK), "kept-back")
         gain, half = results[best].gain(results[standing])
         print(f"layouts that no round had:{shown(results)}\n  {best} - {standing}: {gain:+.3f} ± {half:.3f}")
-        if gain > half:
+        if gain > 0.0:
             print(f"better: {value_text(settings[best])}", flush=True)
             return
     print("the parameters as they stand stay", flush=True)
