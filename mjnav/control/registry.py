@@ -140,8 +140,8 @@ METHODS = registry(
     ),
     Method(
         "mean", "mean:Mean", "the constraints at the mean only", "velocity obstacles, Fiorini & Shiller 1998",
-        tuned(preview=0.573, horizon=5.49, safety_margin=0.0913, heading_weight=0.428, window="bounds",
-              speed_change_weight=0.0167, turn_change_weight=0.134),
+        tuned(preview=0.48, horizon=6.91, safety_margin=0.0966, heading_weight=0.672,
+              speed_change_weight=0.0241, turn_change_weight=0.0392),
     ),
     Method(
         "gaussian-linearised", "gaussian_linearised:GaussianLinearised",
