@@ -75,10 +75,7 @@ def as_published(period: float) -> dict[str, Any]:
 
 
 def tuned(**values: Any) -> Callable[[float], dict[str, Any]]:
-    """A preset: what tuning found, with the weights of a change at RATED_PERIOD, from which they follow the period.
-
-    runs/bench/tuning.toml states the rules (`python benchmarks/tune.py METHOD`).
-    """
+    """A preset: what tuning found (runs/bench/tuning.toml). Weights of a change, at RATED_PERIOD, follow the period."""
     return lambda period: values | _followed(period, {key: values[key] for key in CHANGES if key in values})
 
 
@@ -260,8 +257,7 @@ def shipped_parameters(name: str, period: float, /, **parameters: Any) -> LoopPa
     method = shipped(name)
     if method is None:
         return None
-    kind = method.controller_class.parameters_type
-    return plugins.own_parameters(name, kind, parameters, _preset(method, period))
+    return plugins.own_parameters(name, method.controller_class.parameters_type, parameters, _preset(method, period))
 
 
 def _preset(method: Method | None, period: float) -> dict[str, Any]:

@@ -7,7 +7,6 @@ import numpy as np
 
 from mjnav.errors import InputError
 from mjnav.messages import Array
-from mjnav.metrics.intervals import Interval
 from mjnav.scene.toml import parse, value_text
 from mjnav.study.cells import Variant, variants
 from mjnav.study.compare.cell_rows import CellRows, cell_rows
@@ -98,21 +97,18 @@ def _ranked(variant: Variant, cells: Sequence[CellRows], worlds: Mapping[World, 
         {key.removeprefix("control."): value for key, value in table.items()}
         for table in (variant.own, {**variant.method.values, **variant.own})
     )
+    # By quantiles, as of a rate: most scores are alike, and a few are those of a contact.
+    interval = bootstrap(len(own)).ratios(own[None], np.ones((1, len(own))), studentised=False)[0]
     return RankedSetting(
         label=variant.names[1],
         values=values,
         toml=f"set = {value_text(pairs)}",
         episodes=len(own),
         failed=int(together.failed.sum()),
-        score=Estimate(float(own.mean()), _interval(own), len(own)),
+        score=Estimate(float(own.mean()), interval, len(own)),
         figures={figure: estimate(together, figure) for figure in _FIGURES},
         scores=own,
     )
-
-
-def _interval(own: Array) -> Interval:
-    """Of a mean score by quantiles, as of a rate: most scores are alike, and a few are those of a contact."""
-    return bootstrap(len(own)).ratios(own[None], np.ones((1, len(own))), studentised=False)[0]
 
 
 def _worlds(cells: Sequence[CellRows], limits: Mapping[World, float]) -> dict[World, tuple[float, float]]:
