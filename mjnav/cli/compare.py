@@ -254,7 +254,7 @@ def _line(setting: RankedSetting) -> tuple[str, ...]:
 
 def _setting(setting: RankedSetting) -> dict[str, Any]:
     document = asdict(setting)
-    figures = document.pop("figures")
+    figures, _ = document.pop("figures"), document.pop("scores")
     return document | {
         name: {**e, "value": e["value"] if isfinite(e["value"]) else None} for name, e in figures.items()
     }
