@@ -143,8 +143,8 @@ METHODS = registry(
     Method(
         "gaussian-linearised", "gaussian_linearised:GaussianLinearised",
         "chance constraints, linearised about Gaussian means", "Zhu & Alonso-Mora 2019",
-        tuned(delta=0.171, horizon=5.49, safety_margin=0.0267, heading_weight=0.369,
-              speed_change_weight=0.0244, turn_change_weight=0.00747),
+        tuned(delta=0.0556, horizon=4.45, safety_margin=0.0362, heading_weight=1.17, penalty=3.0,
+              speed_change_weight=0.137, turn_change_weight=0.0102),
     ),
     Method(
         "gaussian-moments", "gaussian_moments:GaussianMoments", "mean(f) + k std(f) ≤ 0, Gaussian beliefs",
