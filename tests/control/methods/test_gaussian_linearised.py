@@ -159,7 +159,7 @@ def test_the_risk_is_the_share_that_collides_where_the_spread_is_small(observe):
         state = np.concatenate([disc.position, disc.velocity], axis=1) + rng.normal(size=(n, 4)) @ spread
         o = replace(o, obstacles=(ObstacleSamples(state[:, :2], state[:, 2:], disc.radius),))
         risk = make_controller(NAME, LIMITS, 0.2, horizon=3.0, safety_margin=0.05).decide(o).costs.cone[:, 0]
-        problem = make_controller("cvar", LIMITS, 0.2, horizon=3.0, clip=inf).problem(o)
+        problem = make_controller("cvar", LIMITS, 0.2, horizon=3.0, clip=inf, safety_margin=0.05).problem(o)
         near = np.flatnonzero((risk > 0.02) & (risk < 0.98))[:5]
         if not len(near):
             continue
