@@ -60,7 +60,7 @@ def test_two_seconds_of_a_published_crowd_are_finite_under_every_method(scene, c
     assert figures["ticks"] == (20 if scene == "dsrnn" else 8)
 
 
-@pytest.mark.parametrize("scene", ("halls", *WITH_CROWDS))
+@pytest.mark.parametrize("scene", ["halls", *WITH_CROWDS])
 def test_every_seed_of_a_scene_is_another_layout(scene):
     first, again, other = (load_scenario(scene, seed=seed) for seed in (1, 1, 2))
     assert first == again
