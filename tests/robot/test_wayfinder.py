@@ -146,8 +146,9 @@ def test_a_door_in_which_somebody_stands_is_left_for_the_next_one(method):
     assert -2.6 < result.trajectory.robot_pose[at_wall, 1] < -1.4
 
 
-def test_without_a_way_that_door_is_the_end():
-    assert mjnav.run(loads(TWO_DOORS, ["control.method=dwa"])).summary["outcome"] != "goal"
+@pytest.mark.parametrize("method", ["rkhs", "rkhs-plan"])
+def test_without_a_way_that_door_is_the_end(method):
+    assert mjnav.run(loads(TWO_DOORS, [f"control.method={method}"])).summary["outcome"] != "goal"
 
 
 def test_a_run_with_a_way_replays_to_the_last_bit(tmp_path):
