@@ -149,6 +149,8 @@ METHODS = registry(
     Method(
         "gaussian-moments", "gaussian_moments:GaussianMoments", "mean(f) + k std(f) ≤ 0, Gaussian beliefs",
         "Gopalakrishnan et al. 2015; PRVO 2017",
+        tuned(eta=0.817, tail="quantile", horizon=5.49, safety_margin=0.146, window="bounds", penalty=30.0,
+              speed_change_weight=0.0169, turn_change_weight=0.00329),
     ),
     Method(
         "kld", "kld:Kld", "as rkhs, by the divergence of fitted Gaussian mixtures", "PVO, Poonganam et al. 2020",
