@@ -20,8 +20,7 @@ from pathlib import Path
 from statistics import fmean
 from typing import Annotated, Any
 
-from mjnav.control.parameters import RATED_PERIOD
-from mjnav.control.registry import CHANGES
+from mjnav.control.registry import tuned
 from mjnav.errors import unknown_name
 from mjnav.loop.prepare import load_scenario
 from mjnav.scene.library import data_folder
@@ -91,14 +90,11 @@ def settings_of(method: MethodEntry) -> Settings:
 def training(suite: Suite, method: MethodEntry, settings: Settings) -> StudyFile:
     """The suite's worlds with training layouts, and these settings of the method.
 
-    Weights of a change are drawn as at RATED_PERIOD and follow the control period, as defaults do.
+    Weights of a change are drawn as at 10 Hz and follow the control period, as those of a preset do.
     """
-    rate = load_scenario(suite.scenes[0]).control.rate
-    entries = []
-    for label, values in settings.items():
-        changes = {key: values[key] / (rate * RATED_PERIOD) for key in CHANGES if key in values}
-        entries.append(MethodEntry(method.controller, label, {**method.set, **values, **changes}))
-    study = suite.study(entries)
+    period = 1.0 / load_scenario(suite.scenes[0]).control.rate
+    presets = {label: {**method.set, **tuned(**values)(period)} for label, values in settings.items()}
+    study = suite.study([MethodEntry(method.controller, label, preset) for label, preset in presets.items()])
     return replace(study, name=f"tuning {suite.name}", set={**flat(study.set), "layout.purpose": "training"})
 
 

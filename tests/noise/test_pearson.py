@@ -37,20 +37,16 @@ EVERY_MEMBER = [(kind, *moments) for kind, members in MEMBERS.items() for moment
 
 @st.composite
 def possible_moments(draw):
-    """(skew, kurtosis) over every type; shapes of an end below 1/2 hide mass between neighbouring floats: not those."""
+    """(skew, kurtosis) over every type; beta shapes below 1/2 hide mass between neighbouring floats, so not those."""
     skew = draw(st.one_of(st.just(0.0), st.floats(-3.0, 3.0)))
     boundaries = [3.0 + 1.5 * skew**2] + ([inverse_gamma_kurtosis(abs(skew))] if 0.1 < abs(skew) < 2.0 else [])
     distance = st.floats(-6.0, 0.0).flatmap(lambda e: st.sampled_from([10.0**e, -(10.0**e)]))
     near = st.builds(lambda b, d: b + d, st.sampled_from(boundaries), distance)
     kurtosis = draw(st.one_of(st.floats(skew**2 + 1.2, skew**2 + 30.0), near, st.sampled_from(boundaries)))
     assume(kurtosis > skew**2 + 1.1)
-    match pearson_type(skew, kurtosis):
-        case "I" | "II" | "VI" as kind:
-            n = 6 * (kurtosis - skew**2 - 1) / (6 + 3 * skew**2 - 2 * kurtosis)
-            root = (n + 2) * np.sqrt(skew**2 / (skew**2 * (n + 2) ** 2 + 16 * (n + 1)))
-            assume(0.5 * n * (1 + root if kind == "VI" else 1 - root) >= 0.5)
-        case "III":
-            assume(4.0 / skew**2 >= 0.5)
+    if pearson_type(skew, kurtosis) in ("I", "II"):
+        n = 6 * (kurtosis - skew**2 - 1) / (6 + 3 * skew**2 - 2 * kurtosis)
+        assume(0.5 * n * (1 - (n + 2) * np.sqrt(skew**2 / (skew**2 * (n + 2) ** 2 + 16 * (n + 1)))) >= 0.5)
     return skew, kurtosis
 
 
@@ -63,6 +59,8 @@ def test_moments_have_the_type_of_the_textbook(kind, skew, kurtosis):
 @given(possible_moments(), st.floats(-5.0, 5.0), st.floats(0.01, 10.0))
 @settings(max_examples=150, deadline=None)
 def test_density_has_the_four_moments_asked_for(quadrature, moments, mean, std):
+    # A gamma end of shape 4 / skew^2 < 1/2 hides mass between neighbouring floats, the more the further it is from 0.
+    assume(moments[0] ** 2 <= 8.0 or abs(mean) <= 10.0 * std)
     noise = Pearson(mean=mean, std=std, skew=moments[0], kurtosis=moments[1])
     integral = quadrature(noise)
     assert integral.total == pytest.approx(1.0, abs=1e-6)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pyarrow.parquet as parquet
 import pytest
 
+from mjnav.control.registry import CHANGES
 from mjnav.errors import InvalidValue, MjnavError
 from mjnav.scene import loads
 from mjnav.study.bench import Bench, Reference, comparison, share_of, weakest
@@ -162,6 +163,6 @@ def test_every_method_but_the_equations_alone_is_tuned_on_layouts_that_no_suite_
         assert max(suite.study(bench.methods).all_seeds) < tune.FIRST
         for cell in resolve(tune.training(suite, method, {"#2": drawn})):  # refuses what the method does not take
             assert 'purpose = "training"' in cell.document or "[published]" in cell.document
-            for key in {"speed_change_weight", "turn_change_weight"} & {*drawn}:
+            for key in {*CHANGES} & {*drawn}:
                 at_10_hz = drawn[key] * 10.0 / loads(cell.document).control.rate
                 assert json.loads(cell.control)[key] == pytest.approx(at_10_hz)
