@@ -69,7 +69,7 @@ class TimePlot {
   stack() {
     this.series.reduce((below, series) => {
       series.below = below;
-      series.top = series.values.map((value, i) => (value || 0) + (below ? below[i] : 0));
+      series.top = series.values.map((value, i) => value + (below ? below[i] : 0));
       return series.top;
     }, null);
   }
@@ -157,19 +157,22 @@ class TimePlot {
     if (this.moment !== undefined) this.cursor(this.moment);
   }
 
-  /** The path of a line, with gaps where there is nothing, or of an area down to what is below. */
+  /** The path of a line or of an area down to what is below, with gaps where there is nothing. */
   outline(series, area) {
     const time = series.run.time, values = series.top ?? series.values;
     const point = (i, value) => `${this.x(time[i] - time[0]).toFixed(1)} ${this.y(value).toFixed(1)}`;
-    let path = '', open = false;
-    for (let i = 0; i < values.length; i++) {
-      const known = Number.isFinite(values[i]);
-      if (known) path += `${open ? 'L' : 'M'}${point(i, values[i])}`;
-      open = known || area;
+    let path = '', first = 0;
+    for (let i = 0; i <= values.length; i++) {
+      if (i < values.length && Number.isFinite(values[i])) {
+        path += `${i === first ? 'M' : 'L'}${point(i, values[i])}`;
+        continue;
+      }
+      for (let j = i - 1; area && j >= first; j--) {
+        path += `L${point(j, series.below ? series.below[j] : 0)}${j === first ? 'Z' : ''}`;
+      }
+      first = i + 1;
     }
-    if (!area) return path;
-    for (let i = values.length - 1; i >= 0; i--) path += `L${point(i, series.below ? series.below[i] : 0)}`;
-    return `${path}Z`;
+    return path;
   }
 
   /** Shows the moment and what the series are then. */
