@@ -37,6 +37,7 @@ from mjnav.log.encode.particles import decode_particles
 from mjnav.log.encode.plan import decode_plan
 from mjnav.log.read.log import Log, LogMessage
 from mjnav.messages import Array
+from mjnav.scene.map_file import FREE, OCCUPIED, UNKNOWN
 from mjnav.scene.sensors import Lidar
 from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import floor_of_robot
@@ -275,23 +276,22 @@ def particles(cloud: Any, _: int) -> Fields:
 
 # ----------------------------------------------------------------------------------- map and markers
 
-OCCUPIED = 100  # nav_msgs/OccupancyGrid; 0 is free
-
 
 def occupancy_grid(scenario: Scenario) -> Fields:
     """Walls, legs of tables and pillars in the frame map; people and lanes are not in it.
 
     A cell is occupied where its centre is at most half a diagonal from an obstacle, so that thin legs are not lost, and
-    everything else is free. It is the map that the robot has.
+    everything else is free. It is the map that the robot has: where it has none, all is unknown.
     """
-    robot, known = scenario.robot, scenario.known_bodies
+    robot, known, own = scenario.robot, scenario.known_bodies, scenario.estimation.map
     floor = floor_of_robot(known.walls, known.tables, known.pillars)
     space = FreeSpace.of(floor, [robot.start[:2], *robot.route])
     occupied = space.clearance <= sqrt(0.5) * space.cell
     height, width = occupied.shape
     x, y = (centre - 0.5 * space.cell for centre in space.low)
     info = {"resolution": space.cell, "width": width, "height": height, "origin": _pose(x, y, 0.0)}
-    return {"header": header(0), "info": info, "data": (OCCUPIED * occupied).ravel()}
+    cells = np.where(occupied, OCCUPIED, FREE if own is None or own.source != "lidar" else UNKNOWN)
+    return {"header": header(0), "info": info, "data": cells.astype(np.int8).ravel()}
 
 
 def markers(update: Any, now: int) -> Fields:

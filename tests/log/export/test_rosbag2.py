@@ -16,8 +16,9 @@ from mjnav.log.encode.particles import decode_particles
 from mjnav.log.encode.plan import encode_plan, plan_schema
 from mjnav.log.export import rosbag2
 from mjnav.log.export.export import export
-from mjnav.log.export.rosbag2 import built
+from mjnav.log.export.rosbag2 import built, occupancy_grid
 from mjnav.log.read.log import decoder
+from mjnav.loop.prepare import load_scenario
 from mjnav.motion.unicycle import integrate
 from mjnav.scene.sensors import LidarSpec
 from mjnav.scene.spec import Latency, Sensors
@@ -192,6 +193,12 @@ def test_the_map_has_every_obstacle_and_nothing_else(log, bag):
             assert (cells[i, j] == 100) == (plan.distance(x[j], y[i]) <= 0.05 * np.sqrt(0.5)), (x[j], y[i])
     for leg in scenario.tables[0].legs:
         assert cells[np.argmin(np.abs(y - leg[1])), np.argmin(np.abs(x - leg[0]))] == 100
+
+
+@pytest.mark.parametrize(("source", "values"), [("lidar", {-1}), ("both", {0, 100})])
+def test_a_robot_without_a_map_has_one_that_is_all_unknown(source, values):
+    grid = occupancy_grid(load_scenario("hall-lidar", {"estimation.map.source": source}))
+    assert set(grid["data"].tolist()) == values
 
 
 # --------------------------------------------------------------------------------- markers and words
