@@ -132,8 +132,8 @@ METHODS = registry(
         "rkhs-reading", "rkhs:Rkhs", "the paper's method, what it leaves open decided in its favour",
         # Algorithm 1's bounds as window; an obstacle counts within 7 m and while it approaches; f / R^2, a free scale.
         "Nair et al. 2021",
-        tuned(form="ray", window="bounds", sensing_range=7.0, degree=3, weight=21.9, ball=0.15, safety_margin=0.0392,
-              heading_weight=0.131, preview=0.349, speed_change_weight=0.146, turn_change_weight=0.00522),
+        tuned(form="ray", window="bounds", sensing_range=7.0, degree=2, weight=1.93, ball=0.15, safety_margin=0.138,
+              heading_weight=0.653, preview=0.545, speed_change_weight=0.0328, turn_change_weight=0.0188),
     ),
     Method(
         "mean", "mean:Mean", "the constraints at the mean only", "velocity obstacles, Fiorini & Shiller 1998",
