@@ -284,8 +284,7 @@ def occupancy_grid(scenario: Scenario) -> Fields:
     everything else is free. It is the map that the robot has: where it has none, all is unknown.
     """
     robot, known, own = scenario.robot, scenario.known_bodies, scenario.estimation.map
-    floor = floor_of_robot(known.walls, known.tables, known.pillars)
-    space = FreeSpace.of(floor, [robot.start[:2], *robot.route])
+    space = FreeSpace.of(floor_of_robot(known.walls, known.tables, known.pillars), [robot.start[:2], *robot.route])
     occupied = space.clearance <= sqrt(0.5) * space.cell
     height, width = occupied.shape
     x, y = (centre - 0.5 * space.cell for centre in space.low)
