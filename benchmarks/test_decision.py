@@ -1,6 +1,6 @@
 """One decision at full size: 400 candidates, 5 obstacles, 25 x 25 pairs each, degree 3; one desired set is topped up.
 
-    pytest benchmarks/test_decision.py --benchmark-enable --benchmark-only
+    pytest benchmarks/test_decision.py -n 0 --benchmark-enable --benchmark-only
 
 prints least times and the ratios between the ways to compute the matching cost. Without the option each runs once and
 only their agreement is checked.

@@ -1,6 +1,6 @@
 """The moment kernel beside what the machine's arithmetic allows.
 
-    pytest benchmarks/test_kernel_bound.py --benchmark-enable --benchmark-only
+    pytest benchmarks/test_kernel_bound.py -n 0 --benchmark-enable --benchmark-only
 
 prints nanoseconds per sample evaluation. Counted in the innermost loop for one sample of the segment form:
 

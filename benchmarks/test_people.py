@@ -1,6 +1,6 @@
 """What people cost at one decision of theirs, every 0.02 s, by behaviour: 0.7 people a square metre among pillars.
 
-    pytest benchmarks/test_people.py --benchmark-enable --benchmark-only
+    pytest benchmarks/test_people.py -n 0 --benchmark-enable --benchmark-only
 
 prints the median and least CPU time of 300 decisions while people walk, with routes, temperaments and presence, and
 ratios to the forces between all pairs by vectorised NumPy in the same run. Without the option each runs once.
