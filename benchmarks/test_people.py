@@ -99,8 +99,6 @@ def test_one_decision_of_all_people(benchmark, times, name, num):
     crowd = Crowd(name, num)
     timed(benchmark, times, f"{num} people, {name}", crowd.decide, before=lambda: (crowd.walk(),))
     assert np.isfinite(crowd.walk().people_velocity).any(axis=0).all()
-    if benchmark.stats is not None:
-        assert benchmark.stats.stats.min <= BUDGET
 
 
 @pytest.mark.benchmark(timer=time.thread_time)
