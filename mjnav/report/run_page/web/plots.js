@@ -167,8 +167,10 @@ class TimePlot {
         path += `${i === first ? 'M' : 'L'}${point(i, values[i])}`;
         continue;
       }
-      for (let j = i - 1; area && j >= first; j--) {
-        path += `L${point(j, series.below ? series.below[j] : 0)}${j === first ? 'Z' : ''}`;
+      if (area) {
+        for (let j = i - 1; j >= first; j--) {
+          path += `L${point(j, series.below ? series.below[j] : 0)}${j === first ? 'Z' : ''}`;
+        }
       }
       first = i + 1;
     }
