@@ -23,7 +23,8 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, update_wrapper
 from importlib import import_module
@@ -98,12 +99,12 @@ FAST = frozenset({"contract", "reassoc", "arcp", "nsz"})
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compiles a loop over arrays."""
-    return Kernel(function, fastmath=set(FAST), error_model="numpy", nogil=True, forceinline=True)
+    return Kernel(function, fastmath=set(FAST), error_model="numpy", nogil=True, forceinline=True, no_cfunc_wrapper=True)
 
 
 def exact(function: Callable[..., Any]) -> Any:
     """Compiles a loop over arrays, every operation rounded as it is written: for indices and for draws that replay."""
-    return Kernel(function, error_model="numpy", nogil=True, forceinline=True)
+    return Kernel(function, error_model="numpy", nogil=True, forceinline=True, no_cfunc_wrapper=True)
 
 
 def scalar(function: Callable[..., Any]) -> Any:
@@ -165,25 +166,39 @@ class Kernel:
 MANY = 16  # kernels to compile, for which one more process pays: it takes a second to start
 
 
-def load_kernels() -> None:
-    """Loads, or compiles, every kernel with annotated arguments in the modules of mjnav that are imported.
+def load_kernels(*, compiling: bool = True) -> None:
+    """Loads every kernel with annotated arguments in the modules of mjnav that are imported.
 
-    Where many are to be compiled, so do other processes, one a processor, which leave them in the cache.
+    What nobody has compiled yet is compiled, or, without `compiling`, left until it is called.
     """
-    modules = [name for name in list(sys.modules) if name.startswith("mjnav.")]
-    kernels = _kernels_of(modules)
-    lacking = sum(kernel.lacking for kernel in kernels)
-    others = min(len(os.sched_getaffinity(0)) - 1, lacking // MANY) if sys.executable else 0
-    helpers = [_helper(modules, (i + 1) / (others + 1)) for i in range(others)]
-    try:
-        if helpers:
-            compile_from(kernels, 0.0)
-        for kernel in kernels:
+    kernels = _kernels_of(_imported())
+    if compiling:
+        compile_from(kernels, 0.0)
+    for kernel in kernels:
+        if compiling or not kernel.lacking:
             kernel.load()
+
+
+@contextmanager
+def helpers() -> Iterator[None]:
+    """Where most kernels of the imported modules are lacking, other processes, one a processor, compile them meanwhile.
+
+    They leave them in the cache, and end with the block: what they still compile then is there, or is not needed.
+    """
+    modules = _imported()
+    lacking = [kernel.lacking for kernel in _kernels_of(modules) if declared(kernel.py_func)]
+    num = min(len(os.sched_getaffinity(0)) - 1, sum(lacking) // MANY) if sys.executable else 0
+    started = [_helper(modules, i / num) for i in range(num)] if 2 * sum(lacking) > len(lacking) else []
+    try:
+        yield
     finally:
-        for helper in helpers:  # what it still compiles is there by now
+        for helper in started:
             helper.kill()
             helper.wait()
+
+
+def _imported() -> list[str]:
+    return [name for name in list(sys.modules) if name.startswith("mjnav.")]
 
 
 def _kernels_of(modules: Iterable[str]) -> list[Kernel]:

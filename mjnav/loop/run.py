@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mjnav.compile.compiled import load_kernels
+from mjnav.compile.compiled import helpers, load_kernels
 from mjnav.control.registry import shipped
 from mjnav.errors import InvalidValue
 from mjnav.log.live import LiveServer
@@ -36,11 +36,12 @@ WARM_UP_TICKS = 3
 METHOD = "rkhs"  # takes the place of a user's own controller: no object of a user's sees ticks of no run
 
 
-def warm_up(scenario: Scenario) -> None:
+def warm_up(scenario: Scenario, *, everything: bool = True) -> None:
     """Loads every kernel that a run of this scenario can call, and runs ticks that are thrown away.
 
     The kernels are those of all modules that a run has imported when it begins, for the types that each declares. Each
-    of the ticks has a reading, so that nothing that a tick can do is left for the second reading of the run.
+    of the ticks has a reading, so that nothing that a tick can do is left for the second reading of the run. Without
+    `everything` what is compiled is what these ticks call: a run that waits for no clock can wait for the rest.
     """
     sensors = replace(scenario.sensors, rate=scenario.control.rate)
     scenario = without_plugins(replace(scenario, sensors=sensors))
@@ -48,9 +49,12 @@ def warm_up(scenario: Scenario) -> None:
         scenario = replace(scenario, control=replace(scenario.control, method=METHOD, parameters={}))
     with suppress(RunFault):  # the run itself will report, and log, what is wrong
         asked = count()
-        episode = Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS, cones=True)
-        load_kernels()
-        episode.run()
+        with helpers():
+            episode = Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS, cones=True)
+            if everything:
+                load_kernels()
+            episode.run()
+        load_kernels(compiling=everything)
 
 
 # ---------------------------------------------------------------------------------------------- run
@@ -100,7 +104,7 @@ def run(
     pacer = RealTimePacer(scenario.control.period, policy=overruns) if real_time else FreePacer()
     path = log_path(log, scenario)
     if not warmed_up:
-        warm_up(scenario)
+        warm_up(scenario, everything=real_time)
 
     def shown(record: TickRecord) -> None:
         if watch is not None:
