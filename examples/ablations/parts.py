@@ -40,10 +40,9 @@ class OneMove(RkhsPlan):
 
     def weigh(self, problem: Problem, way: WayGrid, risks: Callable[[Rollouts], Risks], rollouts: Rollouts) -> Weighed:
         """What has no second move."""
-        rows, r = np.arange(rollouts.x.shape[1]), rollouts
+        rows = np.arange(rollouts.x.shape[1])
         kept = np.append(by_first_move(rows)[:, 0], rows[-ALONE:])
-        controls, *path = (np.ascontiguousarray(a[..., kept]) for a in (r.controls, r.x, r.y, r.heading))
-        return super().weigh(problem, way, risks, Rollouts(controls, *path, r.step))
+        return super().weigh(problem, way, risks, rollouts.only(kept))
 
 
 class StraightWay(RkhsPlan):

@@ -99,7 +99,9 @@ FAST = frozenset({"contract", "reassoc", "arcp", "nsz"})
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compiles a loop over arrays."""
-    return Kernel(function, fastmath=set(FAST), error_model="numpy", nogil=True, forceinline=True, no_cfunc_wrapper=True)
+    return Kernel(
+        function, fastmath=set(FAST), error_model="numpy", nogil=True, forceinline=True, no_cfunc_wrapper=True
+    )
 
 
 def exact(function: Callable[..., Any]) -> Any:

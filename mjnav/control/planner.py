@@ -120,7 +120,7 @@ class Planner(ProblemController[P]):
         v, omega = weighed.rollouts.controls[:, 0, k].tolist()
         status = status_of(o, v, omega, None if possible else Status.INFEASIBLE)
         shown = shown_plan(
-            weighed.rollouts, weighed.total, weighed.rollouts.only(k), problem.mean_pose[:2], feasible=possible,
+            weighed.rollouts, weighed.total, weighed.rollouts.only([k]), problem.mean_pose[:2], feasible=possible,
             violation=weighed.risks.violation[k],
         )  # fmt: skip
         return Decision(v, omega, status, _message(problem, weighed, k), plan=shown)

@@ -4,20 +4,15 @@ Arrays are (T, K), step by rollout, so that the innermost loops run over the rol
 robot's at the start, a planner's to the mean one; step t ends (t + 1) `step` seconds after the start.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mjnav.compile.compiled import Matrix, kernel, scalar
+from mjnav.compile.compiled import Matrix, kernel
 from mjnav.messages import Array, RobotLimits
-from mjnav.motion.unicycle import control_bounds, reachable
-
-
-@scalar
-def chord(v, half_turn, step):
-    """Length of the chord of an arc that turns by twice `half_turn`."""
-    return step * v * (np.sin(half_turn) / half_turn if half_turn != 0.0 else 1.0)
+from mjnav.motion.unicycle import arc_onward, control_bounds, reachable
 
 
 @kernel
@@ -32,15 +27,17 @@ def _limit(out: Matrix, first_low: float, first_high: float, low: float, high: f
 
 
 @kernel
-def _drive(heading: Matrix, x: Matrix, y: Matrix, v: Matrix, omega: Matrix, step: float):
-    """The exact arcs from the origin at heading[0]; every array (T + 1, K) but the controls (T, K)."""
+def _drive(
+    x: Matrix, y: Matrix, heading: Matrix, c: Matrix, s: Matrix, v: Matrix, omega: Matrix, start: float, step: float
+):
+    """The exact arcs from the origin at heading `start`, under controls v and omega; every array is (T, K)."""
+    cos, sin = np.cos(start), np.sin(start)
     for t in range(v.shape[0]):
         for k in range(v.shape[1]):
+            at = (x[t - 1, k], y[t - 1, k], c[t - 1, k], s[t - 1, k]) if t > 0 else (0.0, 0.0, cos, sin)
             half = 0.5 * step * omega[t, k]
-            length = chord(v[t, k], half, step)
-            x[t + 1, k] = x[t, k] + length * np.cos(heading[t, k] + half)
-            y[t + 1, k] = y[t, k] + length * np.sin(heading[t, k] + half)
-            heading[t + 1, k] = heading[t, k] + 2.0 * half
+            x[t, k], y[t, k], c[t, k], s[t, k] = arc_onward(*at, half, step * v[t, k])
+            heading[t, k] = (heading[t - 1, k] if t > 0 else start) + 2.0 * half
 
 
 @kernel
@@ -86,6 +83,7 @@ class Rollouts:
     x: Array  # (T, K) [m], at the end of each step
     y: Array  # (T, K)
     heading: Array  # (T, K) [rad]
+    direction: Array  # (2, T, K) its cosine and sine
     step: float  # [s]
     start: tuple[float, float] = (0.0, 0.0)  # [m] of the paths, from the mean position
 
@@ -97,18 +95,17 @@ class Rollouts:
         first, bounds = limits.first, limits.all
         for c in range(2):
             _limit(controls[c], first[0, c], first[1, c], bounds[0, c], bounds[1, c], limits.change[c])
-        x, y, headings = np.zeros((3, num_steps + 1, num))
-        headings[0] = heading
-        _drive(headings, x, y, controls[0], controls[1], step)
-        return cls(controls, x[1:], y[1:], headings[1:], step)
+        x, y, headings, cos, sin = path = np.empty((5, num_steps, num))
+        _drive(x, y, headings, cos, sin, controls[0], controls[1], float(heading), step)
+        return cls(controls, x, y, headings, path[3:], step)
 
     def of_disc(self, ahead: float, heading: float) -> "Rollouts":
         """The paths of a point `ahead` [m] of the centre; the robot's `heading` is that at the start."""
         if ahead == 0.0:
             return self
         start = ahead * float(np.cos(heading)), ahead * float(np.sin(heading))
-        x, y = self.x + ahead * np.cos(self.heading), self.y + ahead * np.sin(self.heading)
-        return Rollouts(self.controls, x, y, self.heading, self.step, start)
+        x, y = self.x + ahead * self.direction[0], self.y + ahead * self.direction[1]
+        return replace(self, x=x, y=y, start=start)
 
     def between(self, parts: int) -> tuple[Array, Array]:
         """x and y (parts T, K) at the ends of so many equal parts of each step, straight on from end to end."""
@@ -119,7 +116,8 @@ class Rollouts:
         _between(y, self.y, self.start[1])
         return x, y
 
-    def only(self, k: int) -> "Rollouts":
-        """Rollout k alone."""
-        only = slice(k, k + 1)
-        return Rollouts(self.controls[:, :, only], self.x[:, only], self.y[:, only], self.heading[:, only], self.step)
+    def only(self, kept: list[int] | NDArray[np.int64]) -> "Rollouts":
+        """These rollouts alone, by their numbers."""
+        paths = (self.controls, self.x, self.y, self.heading, self.direction)
+        controls, x, y, heading, direction = (np.ascontiguousarray(a[..., kept]) for a in paths)
+        return Rollouts(controls, x, y, heading, direction, self.step, self.start)

@@ -44,7 +44,7 @@ def integrate(pose: ArrayLike, v: ArrayLike, omega: ArrayLike, duration: float) 
 # ------------------------------------------------------------------------------------------- compiled
 
 
-_SMALL = 0.1  # of h, below which five terms of the series of sin(h)/h are exact to 3e-18
+_SMALL = 0.25  # of h, below which the series of sin(h)/h and cos(h) are exact to 2e-17
 
 
 @scalar
@@ -52,8 +52,30 @@ def _sinc(h):
     """sin(h)/h."""
     if abs(h) < _SMALL:
         q = h * h
-        return 1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0)))
+        return 1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0 * (1.0 - q / 110.0))))
     return sin(h) / h
+
+
+@scalar
+def _cosine(h):
+    """cos(h)."""
+    if abs(h) < _SMALL:
+        q = h * h
+        r = 1.0 - q / 56.0 * (1.0 - q / 90.0 * (1.0 - q / 132.0))
+        return 1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * r))
+    return cos(h)
+
+
+@kernel
+def arc_onward(x, y, c, s, half, way):
+    """Where an arc of length `way` [m] that turns by twice `half` [rad] ends, from (x, y) in the direction (c, s).
+
+    A direction is the cosine and the sine of a heading. To turn it takes less time than to compute it anew.
+    """
+    by_s, by_c = half * _sinc(half), _cosine(half)
+    c, s = c * by_c - s * by_s, s * by_c + c * by_s
+    chord = way * _sinc(half)
+    return x + chord * c, y + chord * s, c * by_c - s * by_s, s * by_c + c * by_s
 
 
 @kernel

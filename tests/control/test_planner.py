@@ -120,7 +120,7 @@ def test_where_nothing_is_feasible_the_cheapest_is_followed(alone, limits, metho
 def test_effort_is_the_control_cost_of_the_metrics(limits):
     commands = np.random.default_rng(0).normal(size=(2, 5, 3))
     nowhere = np.zeros((5, 3))
-    rollouts = Rollouts(commands, nowhere, nowhere, nowhere, 0.2)
+    rollouts = Rollouts(commands, nowhere, nowhere, nowhere, commands, 0.2)
     found = effort(rollouts, np.zeros(2), 0.17)
     assert found == pytest.approx([control_cost(commands[:, :, k].T, 0.2) for k in range(3)])
     turned = effort(rollouts, commands[:, 0, 0], 0.17)  # of a robot that has the first command already

@@ -7,12 +7,24 @@ import numpy as np
 
 from mjnav.compile.compiled import Matrix, Vector, kernel, scalar
 from mjnav.control.parameters import GoalParameters
-from mjnav.control.rollouts import ControlLimits, chord
+from mjnav.control.rollouts import ControlLimits
 from mjnav.geometry.angles import shortest_turn
 from mjnav.geometry.way_field import WayGrid, way_lookup
 from mjnav.messages import Array
+from mjnav.motion.unicycle import arc_onward
 
 turn_by = scalar(shortest_turn)
+
+
+@kernel
+def _towards(left, dx, dy, c, s, speed, approach_time, preview):
+    """The control that turns from the direction (c, s) to (dx, dy) within `preview`, with a way `left` [m] to go."""
+    ahead, aside = c * dx + s * dy, c * dy - s * dx
+    length = np.sqrt(dx * dx + dy * dy)
+    if left <= 0.0 or length == 0.0:
+        return min(speed, left / approach_time), 0.0
+    v = min(speed, left / approach_time) * max(ahead / length, 0.0)
+    return v, turn_by(np.arctan2(aside, ahead)) / preview
 
 
 @kernel
@@ -22,6 +34,8 @@ def lead(
     out_x: Matrix,
     out_y: Matrix,
     out_heading: Matrix,
+    out_c: Matrix,
+    out_s: Matrix,
     moves: Matrix,
     pose: Vector,
     way: WayGrid,
@@ -35,12 +49,13 @@ def lead(
 ):
     """Controls (T, K) of `moves` (K, 6), and then of the way to the goal; and the poses, from the start, at their ends.
 
+    c and s are the cosine and the sine of the heading.
     Each row is two moves, one behind the other: v [m/s], omega [rad/s], and until when [s]. On the way the robot turns
     to where it leads within `preview`, drives at `speed` [m/s] and at most way left / `approach_time`, and slower while
     it faces another way. first and bounds (2, 2): lowest and highest (v, omega), of the first control and of all;
     `change` (2,) is the most from one to the next. `pose` (3,) is in the world, as `way` is.
     """
-    num = moves.shape[0]
+    num, (start_c, start_s) = moves.shape[0], (np.cos(pose[2]), np.sin(pose[2]))
     same = np.ones(num, np.bool_)  # as the rollout before up to now: it is copied
     for t in range(out_v.shape[0]):  # step by step: rollouts do not wait for one another, steps do
         time = t * step + 1e-9
@@ -55,12 +70,15 @@ def lead(
             if same[k]:
                 out_v[t, k], out_omega[t, k] = out_v[t, k - 1], out_omega[t, k - 1]
                 out_x[t, k], out_y[t, k], out_heading[t, k] = out_x[t, k - 1], out_y[t, k - 1], out_heading[t, k - 1]
+                out_c[t, k], out_s[t, k] = out_c[t, k - 1], out_s[t, k - 1]
                 continue
-            x, y, heading = (out_x[t - 1, k], out_y[t - 1, k], out_heading[t - 1, k]) if t > 0 else (0.0, 0.0, pose[2])
+            x, y, heading, c, s = 0.0, 0.0, pose[2], start_c, start_s
+            if t > 0:
+                x, y, heading = out_x[t - 1, k], out_y[t - 1, k], out_heading[t - 1, k]
+                c, s = out_c[t - 1, k], out_s[t - 1, k]
             if on_way:
                 left, by_x, by_y = way_lookup(way, pose[0] + x, pose[1] + y)
-                turn = turn_by(np.arctan2(-by_y, -by_x) - heading) if left > 0.0 else 0.0
-                wanted_v, wanted_omega = min(speed, left / approach_time) * max(np.cos(turn), 0.0), turn / preview
+                wanted_v, wanted_omega = _towards(left, -by_x, -by_y, c, s, speed, approach_time, preview)
             low_v, high_v, low_omega, high_omega = first[0, 0], first[1, 0], first[0, 1], first[1, 1]
             if t > 0:
                 v, omega = out_v[t - 1, k], out_omega[t - 1, k]
@@ -70,10 +88,8 @@ def lead(
             omega = min(max(wanted_omega, low_omega), high_omega)
             out_v[t, k], out_omega[t, k] = v, omega
             half = 0.5 * step * omega
-            length = chord(v, half, step)
-            out_x[t, k] = x + length * np.cos(heading + half)
-            out_y[t, k] = y + length * np.sin(heading + half)
             out_heading[t, k] = heading + 2.0 * half
+            out_x[t, k], out_y[t, k], out_c[t, k], out_s[t, k] = arc_onward(x, y, c, s, half, step * v)
 
 
 @kernel
@@ -106,24 +122,17 @@ def _approach(
     first and bounds (2, 2): lowest and highest (v, omega), of the first control and of all; `change` (2,) is the most
     from one to the next.
     """
-    x, y = 0.0, 0.0
+    x, y, c, s = 0.0, 0.0, np.cos(heading), np.sin(heading)
     for t in range(out.shape[1]):
         dx, dy = goal_x - x, goal_y - y
-        distance = np.sqrt(dx * dx + dy * dy)
-        turn = turn_by(np.arctan2(dy, dx) - heading) if distance > 0.0 else 0.0
-        out[0, t] = min(speed, distance / approach_time) * max(np.cos(turn), 0.0)
-        out[1, t] = turn / preview
-        for c in range(2):
-            low, high = first[0, c], first[1, c]
+        out[0, t], out[1, t] = _towards(np.sqrt(dx * dx + dy * dy), dx, dy, c, s, speed, approach_time, preview)
+        for i in range(2):
+            low, high = first[0, i], first[1, i]
             if t > 0:
-                before = out[c, t - 1]
-                low, high = max(bounds[0, c], before - change[c]), min(bounds[1, c], before + change[c])
-            out[c, t] = min(max(out[c, t], low), high)
-        half = 0.5 * step * out[1, t]
-        length = chord(out[0, t], half, step)
-        x += length * np.cos(heading + half)
-        y += length * np.sin(heading + half)
-        heading += 2.0 * half
+                before = out[i, t - 1]
+                low, high = max(bounds[0, i], before - change[i]), min(bounds[1, i], before + change[i])
+            out[i, t] = min(max(out[i, t], low), high)
+        x, y, c, s = arc_onward(x, y, c, s, 0.5 * step * out[1, t], step * out[0, t])
 
 
 def approach(

@@ -74,7 +74,7 @@ class RolloutCosts:
     def only(self, k: int) -> "RolloutCosts":
         """Rollout k alone."""
         risk = Risk(self.risk.cone[[k]], self.risk.lane[[k]], self.risk.worst[[k]])
-        return RolloutCosts(self.rollouts.only(k), self.goal[[k]], risk, self.total[[k]])
+        return RolloutCosts(self.rollouts.only([k]), self.goal[[k]], risk, self.total[[k]])
 
     def candidates(self, new: "RolloutCosts") -> CandidateCosts:
         """The message: these rollouts, of which the plan so far is nominal, and then the new plan."""

@@ -88,9 +88,9 @@ def led(
     step: float, steps: int,
 ) -> Rollouts:  # fmt: skip
     """The rollouts of moves (K, 6) from a pose (3,) in the world, and then of the way at `speed` [m/s]."""
-    v, omega, x, y, heading = out = np.empty((5, steps, len(rows)))
+    v, omega, x, y, heading, cos, sin = out = np.empty((7, steps, len(rows)))
     lead(
-        v, omega, x, y, heading, rows, pose, way, limits.first, limits.all, limits.change, speed, approach_time,
-        preview, step,
+        v, omega, x, y, heading, cos, sin, rows, pose, way, limits.first, limits.all, limits.change, speed,
+        approach_time, preview, step,
     )  # fmt: skip
-    return Rollouts(out[:2], x, y, heading, step)
+    return Rollouts(out[:2], x, y, heading, out[5:], step)

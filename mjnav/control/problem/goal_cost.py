@@ -38,6 +38,8 @@ def _costs_along(
     v: Matrix,
     omega: Matrix,
     heading: Matrix,
+    cos: Matrix,
+    sin: Matrix,
     dx: Matrix,
     dy: Matrix,
     bearing: Matrix,
@@ -56,24 +58,17 @@ def _costs_along(
     """
     num_steps, num = v.shape
     cost = np.zeros(num)
-    vx, vy, distance = np.empty(num), np.empty(num), np.empty(num)
     for t in range(num_steps):
-        for k in range(num):  # apart from what follows, which vectorises
-            b = max(k - 1, 0)  # paths that begin alike follow one another
-            same = k > 0 and heading[t, k] == heading[t, b] and dx[t, k] == dx[t, b] and dy[t, k] == dy[t, b]
-            if same and v[t, k] == v[t, b]:
-                vx[k], vy[k], distance[k] = vx[b], vy[b], distance[b]
-                continue
-            vx[k], vy[k] = v[t, k] * np.cos(heading[t, k]), v[t, k] * np.sin(heading[t, k])
-            distance[k] = np.hypot(dx[t, k], dy[t, k])
         most_v, most_omega = first if t == 0 else change
         for k in range(num):
+            distance = np.sqrt(dx[t, k] * dx[t, k] + dy[t, k] * dy[t, k])
             dv = (v[t, k] - (before[0] if t == 0 else v[t - 1, k])) / most_v
             domega = (omega[t, k] - (before[1] if t == 0 else omega[t - 1, k])) / most_omega
             changed = change_weight[0] * dv * dv + change_weight[1] * domega * domega
-            per_metre = min(speed, distance[k] / approach_time) / max(distance[k], TINY)
+            per_metre = min(speed, distance / approach_time) / max(distance, TINY)
+            vx, vy = v[t, k] * cos[t, k], v[t, k] * sin[t, k]
             wanted_x, wanted_y = per_metre * dx[t, k], per_metre * dy[t, k]
-            cost[k] += _cost_at(vx[k], vy[k], heading[t, k], changed, wanted_x, wanted_y, bearing[t, k], heading_weight)
+            cost[k] += _cost_at(vx, vy, heading[t, k], changed, wanted_x, wanted_y, bearing[t, k], heading_weight)
     return cost / num_steps
 
 
@@ -87,7 +82,7 @@ def mean_goal_cost(
     """
     r, (v, omega) = rollouts, twist.tolist()
     return _costs_along(
-        *r.controls, r.heading, dx, dy, np.arctan2(dy, dx), (v, omega),
+        *r.controls, r.heading, *r.direction, dx, dy, np.arctan2(dy, dx), (v, omega),
         (limits.max_acceleration * period, limits.max_turn_acceleration * period),
         (limits.max_acceleration * r.step, limits.max_turn_acceleration * r.step),
         (p.speed_change_weight, p.turn_change_weight),

@@ -123,7 +123,8 @@ def one_body(alone, limits, distance, *, moves):
     velocity = np.full((1, 2), 1e-12 if moves else 0.0)
     body = ObstacleSamples(np.array([[distance, 0.0]]), velocity, 0.3)
     _, samples = samples_of(alone(num_samples=1, twist=(0.0, 0.0), obstacles=[body]), limits, TIMES[:1])
-    at_rest = Rollouts(np.zeros((2, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), STEP)
+    zero, east = np.zeros((1, 1)), np.array([[[1.0]], [[0.0]]])
+    at_rest = Rollouts(np.zeros((2, 1, 1)), zero, zero, zero, east, STEP)
     half, margin = np.array([0.5]), np.array([0.2])
     return samples.violation(at_rest, margin, half, 0.2)[0, 0]
 
