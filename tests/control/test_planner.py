@@ -15,6 +15,7 @@ from mjnav.geometry.floor import Floor
 from mjnav.geometry.way_field import WayField
 from mjnav.messages import KnownMap, ObstacleSamples, RobotLimits
 from mjnav.metrics.effort import control_cost
+from mjnav.motion.unicycle import integrate
 
 STEP = 0.2
 BACK = RobotLimits(min_speed=-0.6, max_acceleration=0.9)
@@ -41,8 +42,24 @@ def test_every_rollout_is_within_the_limits_and_there_are_as_many_as_are_counted
     rows = moves(limits, np.array(twist), 0.8, 3, 5, 0.6)
     assert len(rows) == num_rollouts(3, 5, reverses=limits is BACK)
     rollouts, driven = driven_by(rows, heading, goal, limits, twist=twist)
-    for part in ("controls", "x", "y", "heading"):
+    for part in ("controls", "x", "y", "heading", "direction"):
         assert np.abs(getattr(driven, part) - getattr(rollouts, part)).max() < 1e-12
+    poses = np.zeros((len(rows), 3)) + (0.0, 0.0, heading)
+    for v, omega in rollouts.controls.swapaxes(0, 1):
+        poses = integrate(poses, v, omega, STEP)
+    ends = np.array([rollouts.x[-1], rollouts.y[-1], *rollouts.direction[:, -1]])
+    expected = np.array([poses[:, 0], poses[:, 1], np.cos(poses[:, 2]), np.sin(poses[:, 2])])
+    assert np.abs(ends - expected).max() < 1e-12
+
+
+@pytest.mark.parametrize("turn_rate", [2.4, 2.6, 30.0])  # within the series, and beyond
+def test_rollouts_are_exact_arcs_at_any_turn_rate(turn_rate):
+    quick = RobotLimits(max_turn_rate=turn_rate, max_turn_acceleration=1e3, max_acceleration=1e3)
+    wanted = np.zeros((2, 20, 1)) + [[[0.7]], [[turn_rate]]]
+    driven = Rollouts.of(wanted, 0.4, ControlLimits.of(np.array([0.7, turn_rate]), quick, 0.1, STEP), STEP)
+    expected = integrate(np.array([0.0, 0.0, 0.4]), 0.7, turn_rate, 20 * STEP)
+    found = driven.x[-1, 0], driven.y[-1, 0], *driven.direction[:, -1, 0]
+    assert found == pytest.approx([*expected[:2], np.cos(expected[2]), np.sin(expected[2])], abs=1e-13)
 
 
 def test_a_rollout_is_two_moves_and_then_the_way_to_the_goal():
