@@ -23,6 +23,7 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.compile.compiled import Matrix, kernel
 from mjnav.errors import InvalidValue
 from mjnav.messages import LARGEST, Array, finite, number
 
@@ -53,12 +54,25 @@ class PolynomialKernel:
 
 def raw_moments(x: Array, degree: int, weights: Array | None = None) -> Array:
     """m_p = sum_i w_i x_i^p for p = 1 ... degree, (..., degree), of samples x (..., n); w_i is 1/n by default."""
-    moments = np.empty((*x.shape[:-1], degree))
-    power = x
-    for p in range(degree):
-        power = power * x if p else power
-        moments[..., p] = power.mean(axis=-1) if weights is None else power @ weights
-    return moments
+    if weights is not None:
+        return np.moveaxis(np.cumprod([x] * degree, axis=0) @ weights, 0, -1)
+    rows = np.ascontiguousarray(x, float).reshape(-1, x.shape[-1])
+    return _mean_powers(rows, degree).reshape(*x.shape[:-1], degree)
+
+
+@kernel
+def _mean_powers(x: Matrix, degree: int):
+    """The means of x^p for p = 1 ... degree, along each row of (K, n): (K, degree)."""
+    means, power = np.empty((len(x), degree)), np.empty(x.shape[1])
+    for k in range(len(x)):
+        power[:] = 1.0
+        for p in range(degree):
+            total = 0.0
+            for i in range(power.size):
+                power[i] *= x[k, i]
+                total += power[i]
+            means[k, p] = total / power.size
+    return means
 
 
 def moment_distance(x: Array, y: Array, kernel: PolynomialKernel) -> Array:

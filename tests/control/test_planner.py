@@ -44,7 +44,7 @@ def test_every_rollout_is_within_the_limits_and_there_are_as_many_as_are_counted
     rollouts, driven = driven_by(rows, heading, goal, limits, twist=twist)
     for part in ("controls", "x", "y", "heading", "direction"):
         assert np.abs(getattr(driven, part) - getattr(rollouts, part)).max() < 1e-12
-    poses = np.zeros((len(rows), 3)) + (0.0, 0.0, heading)
+    poses = np.tile([0.0, 0.0, heading], (len(rows), 1))
     for v, omega in rollouts.controls.swapaxes(0, 1):
         poses = integrate(poses, v, omega, STEP)
     ends = np.array([rollouts.x[-1], rollouts.y[-1], *rollouts.direction[:, -1]])
@@ -55,7 +55,7 @@ def test_every_rollout_is_within_the_limits_and_there_are_as_many_as_are_counted
 @pytest.mark.parametrize("turn_rate", [2.4, 2.6, 30.0])  # within the series, and beyond
 def test_rollouts_are_exact_arcs_at_any_turn_rate(turn_rate):
     quick = RobotLimits(max_turn_rate=turn_rate, max_turn_acceleration=1e3, max_acceleration=1e3)
-    wanted = np.zeros((2, 20, 1)) + [[[0.7]], [[turn_rate]]]
+    wanted = np.tile([[[0.7]], [[turn_rate]]], (1, 20, 1))
     driven = Rollouts.of(wanted, 0.4, ControlLimits.of(np.array([0.7, turn_rate]), quick, 0.1, STEP), STEP)
     expected = integrate(np.array([0.0, 0.0, 0.4]), 0.7, turn_rate, 20 * STEP)
     found = driven.x[-1, 0], driven.y[-1, 0], *driven.direction[:, -1, 0]
