@@ -29,6 +29,7 @@ from dataclasses import dataclass
 from functools import cached_property, update_wrapper
 from importlib import import_module
 from operator import attrgetter
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -95,18 +96,18 @@ def _numba_type(hint: Any) -> "types.Type":
 
 # "contract" allows fused multiply-add, "reassoc" vector sums, "arcp" reciprocals, "nsz" ignores the sign of zero.
 FAST = frozenset({"contract", "reassoc", "arcp", "nsz"})
+# No program in C calls a loop: without what it would be called by, compiling takes a twentieth less.
+LOOP = MappingProxyType({"error_model": "numpy", "nogil": True, "forceinline": True, "no_cfunc_wrapper": True})
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compiles a loop over arrays."""
-    return Kernel(
-        function, fastmath=set(FAST), error_model="numpy", nogil=True, forceinline=True, no_cfunc_wrapper=True
-    )
+    return Kernel(function, fastmath=set(FAST), **LOOP)
 
 
 def exact(function: Callable[..., Any]) -> Any:
     """Compiles a loop over arrays, every operation rounded as it is written: for indices and for draws that replay."""
-    return Kernel(function, error_model="numpy", nogil=True, forceinline=True, no_cfunc_wrapper=True)
+    return Kernel(function, **LOOP)
 
 
 def scalar(function: Callable[..., Any]) -> Any:
@@ -183,14 +184,14 @@ def load_kernels(*, compiling: bool = True) -> None:
 
 @contextmanager
 def helpers() -> Iterator[None]:
-    """Where most kernels of the imported modules are lacking, other processes, one a processor, compile them meanwhile.
+    """Where many kernels of the imported modules are lacking, other processes, one a processor, compile them meanwhile.
 
     They leave them in the cache, and end with the block: what they still compile then is there, or is not needed.
     """
     modules = _imported()
-    lacking = [kernel.lacking for kernel in _kernels_of(modules) if declared(kernel.py_func)]
-    num = min(len(os.sched_getaffinity(0)) - 1, sum(lacking) // MANY) if sys.executable else 0
-    started = [_helper(modules, i / num) for i in range(num)] if 2 * sum(lacking) > len(lacking) else []
+    lacking = sum(kernel.lacking for kernel in _kernels_of(modules))
+    num = min(len(os.sched_getaffinity(0)) - 1, lacking // MANY) if sys.executable else 0
+    started = [_helper(modules, i / num) for i in range(num)]
     try:
         yield
     finally:

@@ -51,10 +51,8 @@ def warm_up(scenario: Scenario, *, everything: bool = True) -> None:
         asked = count()
         with helpers():
             episode = Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS, cones=True)
-            if everything:
-                load_kernels()
+            load_kernels(compiling=everything)
             episode.run()
-        load_kernels(compiling=everything)
 
 
 # ---------------------------------------------------------------------------------------------- run
