@@ -86,7 +86,7 @@ def execute(arguments: argparse.Namespace) -> int:
         live, watch, closed = stack.enter_context(_views(arguments, scenario))
         heart = stack.enter_context(arguments.guard.episode(episode_label(scenario), max_seconds))
         with compile_notice():
-            warm_up(scenario, everything=real_time)
+            warm_up(scenario)
         interrupted = stack.enter_context(interruptible())
         show = stack.enter_context(progress(scenario.name, scenario.time_limit))
         fault = None

@@ -1,7 +1,7 @@
 """What a run compiles, loads or imports after tick 0.
 
-All runs share a process, so that a kernel counts where it is first needed and only there. Each is warmed up as every
-run is.
+All runs share a process, so that a kernel counts where it is first needed and only there; the kernels that modules
+declare are loaded before each run, as `warm_up` does, but no tick is thrown away.
 """
 
 import sys
@@ -13,9 +13,8 @@ import scipy.optimize  # noqa: F401 - the figures load it when a run has ended
 from numba.core import event
 
 import mjnav
-from mjnav.compile.compiled import Kernel
+from mjnav.compile.compiled import Kernel, load_kernels
 from mjnav.loop.episode import Episode
-from mjnav.loop.run import warm_up
 from mjnav.loop.supervision import RunFault
 
 RATES = (5, 10, 20, 50, 100, 200)  # [Hz]
@@ -63,9 +62,9 @@ def first_time_work() -> Iterator[list[str]]:
 
 def late_work(scene: str, overrides: Sequence[str] = (), *, ticks: int = 10**9, **options) -> list[str]:
     """The first-time work of an episode from tick 0 to its end; `options` are those of `Episode`."""
-    asked, scenario = count(), mjnav.load_scenario(scene, overrides)
-    warm_up(scenario)
-    episode = Episode(scenario, stop=lambda: next(asked) >= ticks, cones=True, **options)
+    asked = count()
+    episode = Episode(mjnav.load_scenario(scene, overrides), stop=lambda: next(asked) >= ticks, cones=True, **options)
+    load_kernels()
     with first_time_work() as work, suppress(RunFault):
         episode.run()
     return work

@@ -13,11 +13,20 @@ from numba import njit
 from mjnav.compile.compiled import load_kernels
 from mjnav.control import names
 from mjnav.filters.particles import ess
+from mjnav.loop.prepare import load_scenario
+from mjnav.loop.run import warm_up
 from tests.attacks.first_time_work import PEOPLE, RATES, ROBOT, first_time_work, late_work, settings
 
 # Every kind of body, and of people: on routes, under the laws of avoidance, with temperaments, coming and going. No
 # fewer than there are rates.
 SCENES = ("five", "hall", "lane", "table", "corridor4", "robot_crowding")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def decided_once():
+    """Every method has decided in another scene: the kernels that each of its decisions calls are none of a scene's."""
+    for method in names():
+        warm_up(load_scenario("crossing1", {"control.method": method, "physics.engine": "kinematic"}))
 
 
 def trace(*seconds):

@@ -104,12 +104,11 @@ def test_a_power_is_rounded_by_the_rules_of_its_own_kernel_whichever_was_compile
     assert ["reassoc" in code for code in codes] == [True, False]
 
 
-def test_what_is_lacking_is_left_where_nothing_is_to_be_compiled_and_a_helper_puts_it_into_the_cache(tmp_path):
+def test_a_helper_compiles_what_is_lacking_into_the_cache_of_this_process(tmp_path):
     program = (
         "from mjnav.compile import compiled\n"
         "import mjnav.motion.orca\n"
         "modules = ['mjnav.motion.orca']\n"
-        "compiled.load_kernels(compiling=False)\n"
         "kernels = [k for k in compiled._kernels_of(modules) if compiled.declared(k.py_func)]\n"
         "print(*(k.lacking for k in kernels))\n"
         "print(compiled._helper(modules, 0.5).wait())\n"
