@@ -169,24 +169,17 @@ class Kernel:
 MANY = 16  # kernels to compile, for which one more process pays: it takes a second to start
 
 
-def load_kernels(*, compiling: bool = True) -> None:
-    """Loads every kernel with annotated arguments in the modules of mjnav that are imported.
-
-    What nobody has compiled yet is compiled, or, without `compiling`, left until it is called.
-    """
-    kernels = _kernels_of(_imported())
-    if compiling:
-        compile_from(kernels, 0.0)
-    for kernel in kernels:
-        if compiling or not kernel.lacking:
-            kernel.load()
+def load_kernels() -> None:
+    """Loads, or compiles, every kernel with annotated arguments in the modules of mjnav that are imported."""
+    for kernel in reversed(_kernels_of(_imported())):  # helpers come from the other end
+        kernel.load()
 
 
 @contextmanager
 def helpers() -> Iterator[None]:
     """Where many kernels of the imported modules are lacking, other processes, one a processor, compile them meanwhile.
 
-    They leave them in the cache, and end with the block: what they still compile then is there, or is not needed.
+    They leave them in the cache, and end with the block: what they still compile then is there.
     """
     modules = _imported()
     lacking = sum(kernel.lacking for kernel in _kernels_of(modules))

@@ -36,12 +36,11 @@ WARM_UP_TICKS = 3
 METHOD = "rkhs"  # takes the place of a user's own controller: no object of a user's sees ticks of no run
 
 
-def warm_up(scenario: Scenario, *, everything: bool = True) -> None:
+def warm_up(scenario: Scenario) -> None:
     """Loads every kernel that a run of this scenario can call, and runs ticks that are thrown away.
 
     The kernels are those of all modules that a run has imported when it begins, for the types that each declares. Each
-    of the ticks has a reading, so that nothing that a tick can do is left for the second reading of the run. Without
-    `everything` what is compiled is what these ticks call: a run that waits for no clock can wait for the rest.
+    of the ticks has a reading, so that nothing that a tick can do is left for the second reading of the run.
     """
     sensors = replace(scenario.sensors, rate=scenario.control.rate)
     scenario = without_plugins(replace(scenario, sensors=sensors))
@@ -51,7 +50,7 @@ def warm_up(scenario: Scenario, *, everything: bool = True) -> None:
         asked = count()
         with helpers():
             episode = Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS, cones=True)
-            load_kernels(compiling=everything)
+            load_kernels()
             episode.run()
 
 
@@ -102,7 +101,7 @@ def run(
     pacer = RealTimePacer(scenario.control.period, policy=overruns) if real_time else FreePacer()
     path = log_path(log, scenario)
     if not warmed_up:
-        warm_up(scenario, everything=real_time)
+        warm_up(scenario)
 
     def shown(record: TickRecord) -> None:
         if watch is not None:

@@ -19,12 +19,11 @@ turn_by = scalar(shortest_turn)
 @kernel
 def _towards(left, dx, dy, c, s, speed, approach_time, preview):
     """The control that turns from the direction (c, s) to (dx, dy) within `preview`, with a way `left` [m] to go."""
-    ahead, aside = c * dx + s * dy, c * dy - s * dx
-    length = np.sqrt(dx * dx + dy * dy)
+    v, length = min(speed, left / approach_time), np.sqrt(dx * dx + dy * dy)
     if left <= 0.0 or length == 0.0:
-        return min(speed, left / approach_time), 0.0
-    v = min(speed, left / approach_time) * max(ahead / length, 0.0)
-    return v, turn_by(np.arctan2(aside, ahead)) / preview
+        return v, 0.0
+    ahead, aside = c * dx + s * dy, c * dy - s * dx
+    return v * max(ahead / length, 0.0), turn_by(np.arctan2(aside, ahead)) / preview
 
 
 @kernel
