@@ -5,6 +5,7 @@ are independent, and adding one changes no other, so one seed gives every method
 """
 
 import hashlib
+from struct import unpack
 from typing import Any
 
 import numpy as np
@@ -22,5 +23,4 @@ class Stream(np.random.Generator):
 def stream(seed: int, channel: str, body: str = "robot") -> np.random.Generator:
     """The generator of one (channel, body) under a run's seed; the same triple gives the same draws."""
     digest = hashlib.sha256(f"{channel}\0{body}".encode()).digest()
-    spawn_key = tuple(int.from_bytes(digest[i : i + 4], "little") for i in range(0, 16, 4))
-    return Stream(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=spawn_key)))
+    return Stream(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=unpack("<4I", digest[:16]))))

@@ -182,7 +182,7 @@ def is_open(x0, y0, x1, y1, reach, discs, boxes):
     return True
 
 
-_TOGETHER = 32  # neighbouring points, of rows of a grid or of a scan, that share what may be nearest
+_TOGETHER = 8  # neighbouring points, of rows of a grid or of a scan, that share what may be nearest
 
 
 @exact
@@ -266,8 +266,10 @@ class FreeSpace:
         low, high = corners.min(axis=0) - MARGIN, corners.max(axis=0) + MARGIN
         cell = max(CELL, float((high - low).max()) / (MAX_CELLS - 1))
         columns, rows = (ceil(side / cell) + 1 for side in high - low)
-        x, y = np.meshgrid(low[0] + cell * np.arange(columns), low[1] + cell * np.arange(rows))
-        return cls((float(low[0]), float(low[1])), cell, floor.clearance(np.stack([x, y], axis=-1)))
+        centres = np.empty((rows, columns, 2))
+        centres[..., 0] = low[0] + cell * np.arange(columns)
+        centres[..., 1] = (low[1] + cell * np.arange(rows))[:, None]
+        return cls((float(low[0]), float(low[1])), cell, floor.clearance(centres))
 
     def parts(self, radius: float) -> NDArray[np.int32]:
         """The number of the connected part that each cell belongs to for a disc; 0 for a cell that is not free."""

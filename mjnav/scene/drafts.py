@@ -10,6 +10,7 @@ The last part adds drafts to the JSON Schema and to the reference of keys.
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import atan2, cos, pi, sin
 from types import MappingProxyType
 from typing import Annotated, Any
@@ -19,7 +20,7 @@ import numpy as np
 from mjnav import settings
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scene.bodies import Pillar, Table, Wall
-from mjnav.scene.draws import Area, Draft, Streams, draw_count, draw_point, drawing, is_draw
+from mjnav.scene.draws import Area, Draft, Draw, Streams, draw_count, draw_point, drawing, is_draw
 from mjnav.scene.library import data_folder
 from mjnav.scene.people import AGAIN, BEHAVIOURS, MAX_WALKING_SPEED, ConstantVelocity, Person, StopAndGo, Trip
 from mjnav.scene.published import is_open
@@ -188,7 +189,7 @@ ROBOT = Kind(
 )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Entry:
     """A table of a run file under its key, "people.2" or "robot"."""
 
@@ -229,16 +230,24 @@ class Entry:
         """Raises InvalidValue for a key that is not known and for what may not be drawn."""
         hints = self._hints()
         with below(*self.key.split(".")):
-            for key, value in self.table.items():
+            for key in self.table:
                 if key not in hints and not self._plugins():
                     raise unknown_name(key, key, hints)
-                with below(key):
-                    drawing(hints.get(key, Any), value)
+            _ = self._drawings
             if "count" in self.table:
                 settings.read(self.kind.drawn, {"count": self.table["count"]})
             for key, other in self.kind.exclusive:
                 if key in self.table and other in self.table:
                     raise InvalidValue(key, self.table[key], f"{key} or {other}, not both")
+
+    @cached_property
+    def _drawings(self) -> dict[str, Draw]:
+        """What draws the value of each key. Raises InvalidValue for what may not be drawn."""
+        hints, drawings = self._hints(), {}
+        for key, value in self.table.items():
+            with below(key):
+                drawings[key] = drawing(hints.get(key, Any), value)
+        return drawings
 
     def num(self, streams: Streams) -> int:
         """How many bodies the entry stands for in this layout."""
@@ -254,9 +263,9 @@ class Entry:
         def of_body(part: str) -> np.random.Generator:
             return streams(f"{prefix}.{part}")
 
-        hints, foreign = self._hints(), set[str]()
-        draws = {key: drawing(hints.get(key, Any), value) for key, value in self.table.items() if key != "count"}
+        foreign = set[str]()
         with below(*self.key.split(".")):
+            draws = {key: draw for key, draw in self._drawings.items() if key != "count"}
             fixed = {key: draw(key, of_body) for key, draw in draws.items() if key not in self.kind.redrawn}
             if isinstance(self.table.get("behaviour"), Mapping):  # drop the keys that only other behaviours have
                 chosen = BEHAVIOURS.get(str(fixed["behaviour"]))

@@ -145,12 +145,13 @@ def resolved(document: Mapping[str, Any], draft: Draft) -> Scenario:
     with settings.below("layout"):
         layout = settings.settled(Layout, document.get("layout", {}))
     layout = layout if layout.seed is not None else replace(layout, seed=seed)
-    for entry in (*entries_of(document), robot_of(document)):
+    entries, robot = tuple(entries_of(document)), robot_of(document)
+    for entry in (*entries, robot):
         if entry.is_drawn:
             entry.check()
     reason, misses = None, 0
     for attempt in range(layout.tries):
-        layout_drawing = _Drawing(document, layout, attempt)
+        layout_drawing = _Drawing(document, entries, robot, layout, attempt)
         try:
             return replace(layout_drawing.scenario(), draft=draft)
         except _Refused as refused:
@@ -166,19 +167,23 @@ def resolved(document: Mapping[str, Any], draft: Draft) -> Scenario:
 class _Drawing:
     """One attempt at one layout."""
 
-    def __init__(self, document: Mapping[str, Any], layout: Layout, attempt: int):
-        self._document, self._layout, self._attempt = document, layout, attempt
+    def __init__(
+        self, document: Mapping[str, Any], entries: Sequence[Entry], robot: Entry, layout: Layout, attempt: int
+    ):
+        """`entries` and `robot` are those of the document."""
+        self._document, self._entries, self._robot = document, entries, robot
+        self._layout, self._attempt = layout, attempt
         self._open: dict[str, np.random.Generator] = {}
         self.misses = 0  # places that had no room
 
     def scenario(self) -> Scenario:
         """The scenario. Raises _Refused where this attempt comes to nothing."""
-        document, robot = self._document, robot_of(self._document)
+        document, robot = self._document, self._robot
         tables: dict[str, Any] = {kind: [] for kind in KINDS}
         tables["robot"], body = next(robot.bodies("robot", self._stream))
         gap = self._layout.gap
         room = Room(2.0 * body.radius + _GAP if gap is None else gap, robot=None if robot.is_placed else body)
-        for entry in entries_of(document):
+        for entry in self._entries:
             if not entry.is_drawn:
                 with settings.below(*entry.key.split(".")):
                     getattr(room, entry.name).append(settings.read(entry.kind.plain, entry.table))
@@ -203,7 +208,7 @@ class _Drawing:
 
     def _place(self, kind: str, tables: dict[str, Any], room: Room) -> None:
         """Puts the bodies of one kind into the room and, as plain entries in the order of the file, into `tables`."""
-        for entry in entries_of({kind: self._document.get(kind)}):
+        for entry in (one for one in self._entries if one.name == kind):
             if not entry.is_drawn:
                 tables[kind].append(dict(entry.table))
                 continue

@@ -75,16 +75,19 @@ class Number(ValueType):
 
     def read(self, value: Any) -> Any:
         """See `ValueType`."""
+        number = value if type(value) is self._kind else self._converted(value)
+        if self._limits is not None and number not in self._limits:
+            raise InvalidValue("", number if abs(number) < inf else value, self.describe())
+        return number
+
+    def _converted(self, value: Any) -> Any:
         accepted: Any = Integral if self._kind is int else Real
         if not isinstance(value, accepted) or isinstance(value, bool):
             raise InvalidValue("", value, self.describe())
         try:
-            number = self._kind(value)
+            return self._kind(value)
         except OverflowError:  # a whole number beyond the largest float
-            number = inf
-        if self._limits is not None and number not in self._limits:
-            raise InvalidValue("", number if abs(number) < inf else value, self.describe())
-        return number
+            return inf
 
     def schema(self, definitions: dict[str, Schema]) -> Schema:
         """See `ValueType`."""

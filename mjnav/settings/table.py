@@ -9,7 +9,7 @@ number, NaN.
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from math import inf
@@ -322,6 +322,13 @@ def keys(cls: Any) -> Mapping[str, FieldKey]:
     return MappingProxyType(by_key)
 
 
+@cache
+def _parts(cls: Any) -> tuple[Mapping[str, FieldKey], FieldKey | None]:
+    """The keys that a table has under their names, and the field whose keys stand beside them, if any."""
+    plain = {key: field for key, field in keys(cls).items() if not field.beside}
+    return MappingProxyType(plain), next((field for field in keys(cls).values() if field.beside), None)
+
+
 def read_document(cls: type[T], document: TomlTable) -> T:
     """The dataclass that a whole file describes, its `schema` before all else. Raises InvalidValue as `read` does."""
     _check_document(document)
@@ -338,8 +345,7 @@ def read(cls: type[T], table: Mapping[str, Any]) -> T:
     Where the class has `dependent_defaults`, that gives defaults which follow from the other arguments. Raises
     InvalidValue with the dotted key of what is unknown, missing, of the wrong type or out of range.
     """
-    plain = {key: field for key, field in keys(cls).items() if not field.beside}
-    beside = next((field for field in keys(cls).values() if field.beside), None)
+    plain, beside = _parts(cls)
     rest = {key: value for key, value in table.items() if key not in plain}
     arguments: dict[str, Any] = {}
     if beside is not None:
@@ -427,13 +433,21 @@ def shown_key(key: str) -> str:
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key)
 
 
-@contextmanager
-def below(*keys: str, file: str | None = None) -> Iterator[None]:
+class below:  # a word of a sentence in small letters; a generator as a context manager takes thrice the time
     """Errors from inside carry `keys`, one in the other, in front of theirs, and name the `file`."""
-    try:
-        yield
-    except InvalidValue as error:
-        raise error.within(".".join(shown_key(key) for key in keys if key), file=file) from None
+
+    __slots__ = ("_file", "_keys")
+
+    def __init__(self, *keys: str, file: str | None = None):
+        self._keys, self._file = keys, file
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
+        if isinstance(error, InvalidValue):
+            prefix = ".".join(shown_key(key) for key in self._keys if key)
+            raise error.within(prefix, file=self._file) from None
 
 
 # ---------------------------------------------------------------------------------------- JSON Schema
