@@ -1,7 +1,7 @@
 """Result of a run: its figures and its trajectory, and the figures as an HTML table for notebooks."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from html import escape
 from typing import Any
 
@@ -34,9 +34,15 @@ class RunSummary:
 
     def document(self) -> dict[str, Any]:
         """What `mjnav run --json` prints and the log's metadata hold: one mapping, the figures among the rest."""
-        values = asdict(self)
+        values = {one.name: _copied(getattr(self, one.name)) for one in fields(self)}
         return {"schema": SCHEMA, **{key: values.pop(key) for key in ("scene", "controller", "seed")},
                 **values.pop("figures"), **values}  # fmt: skip
+
+
+def _copied(value: Any) -> Any:
+    if is_dataclass(value) and not isinstance(value, type):
+        return asdict(value)
+    return {key: _copied(one) for key, one in value.items()} if isinstance(value, Mapping) else value
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,6 +79,7 @@ class FigureFunction(Generic[Parameters, Found]):
 
     def __init__(self, function: Callable[Parameters, Found], definitions: tuple[Definition, ...]):
         self._function, self.definitions = function, definitions
+        self._takes = tuple(signature(function).parameters)
         update_wrapper(self, function)
 
     def __call__(self, *arguments: Parameters.args, **named: Parameters.kwargs) -> Found:
@@ -88,7 +89,7 @@ class FigureFunction(Generic[Parameters, Found]):
     def of_run(self, **run: Any) -> dict[str, Any]:
         """Its figures by name, of a run's `trajectory`, `scenario` and `outcome`."""
         function: Callable[..., Any] = self._function
-        value = function(**{name: run[name] for name in signature(function).parameters})
+        value = function(**{name: run[name] for name in self._takes})
         names = [definition.name for definition in self.definitions]
         if value is None:
             return dict.fromkeys(names)

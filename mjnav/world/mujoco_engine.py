@@ -25,7 +25,7 @@ from mjnav.scene.ranges import MAX_LENGTH
 from mjnav.scene.spec import Scenario
 from mjnav.world.engine import ContactLog, DivergedError
 from mjnav.world.floor_plan import FloorPlan
-from mjnav.world.scene import SEEN_BY_LIDAR, WALLS, compose
+from mjnav.world.scene import SEEN_BY_LIDAR, WALLS, compiled
 
 # ------------------------------------------------------------------------------------------- people
 
@@ -160,13 +160,8 @@ class MujocoEngine:
     """An `Engine` on MuJoCo."""
 
     def __init__(self, scenario: Scenario, velocities: Array):
-        self.model = compose(scenario, decorated=False).compile()  # decoration costs a tenth of each step
-        # MuJoCo would compute every sensor in every step, a step late; encoders and yaw are read from the state.
-        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
-        # MuJoCo would put everything back to where the run began.
-        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+        self.model = model = compiled(scenario)
         self.contacts = ContactLog()
-        model = self.model
         self._free = int(model.joint("robot/free").qposadr[0]), int(model.joint("robot/free").dofadr[0])
         self._bind(mujoco.MjData(self.model))
         self._drive, base = scenario.robot.drive, scenario.robot.base

@@ -9,14 +9,17 @@ memory quadratic in their number, and near boxes of one body by a tree.
 # mujoco's compiled modules carry no types.
 
 import hashlib
+from functools import lru_cache
 from math import atan2, hypot, pi
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
 from mjnav.messages import Array
 from mjnav.scene.library import data_folder
-from mjnav.scene.spec import Person, Pillar, Robot, Scenario, Table, Wall
+from mjnav.scene.ranges import Point
+from mjnav.scene.spec import Pillar, Robot, Scenario, Table, Wall
 from mjnav.world.robot_part import robot_part
 
 PARTS = ("scene", "robot", "pedestrian", "table", "pillar")
@@ -45,7 +48,36 @@ def parts_hash() -> str:
     return digest.hexdigest()
 
 
-def scene_points(scenario: Scenario) -> Array:
+class Standing(NamedTuple):
+    """A person at the start."""
+
+    start: Point
+    radius: float
+
+
+class Bodies(NamedTuple):
+    """All of a scenario on which its model depends."""
+
+    name: str
+    timestep: float  # [s]
+    robot: Robot
+    mount: tuple[float, ...]  # of the lidar on the robot: x, y, heading
+    walls: tuple[Wall, ...]
+    tables: tuple[Table, ...]
+    pillars: tuple[Pillar, ...]
+    people: tuple[Standing, ...]
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> "Bodies":
+        """Those of a scenario."""
+        mount, people = scenario.sensors.scanner.mount, (Standing(one.start, one.radius) for one in scenario.people)
+        return cls(
+            scenario.name, scenario.physics.timestep, scenario.robot, tuple(mount.tolist()),
+            scenario.walls, scenario.tables, scenario.pillars, tuple(people),
+        )  # fmt: skip
+
+
+def scene_points(scenario: Scenario | Bodies) -> Array:
     """Points on the floor that span everything in the scenario, (n, 2) [m]."""
     robot = scenario.robot
     points = [robot.start[:2], *robot.route]
@@ -56,26 +88,45 @@ def scene_points(scenario: Scenario) -> Array:
     return np.array(points, float)
 
 
-def compose(scenario: Scenario, *, decorated: bool = True) -> mujoco.MjSpec:
-    """The scenario's model, not yet compiled, everything at its start; on request without what only pictures need."""
+def compose(scenario: Scenario) -> mujoco.MjSpec:
+    """The scenario's model, not yet compiled, everything at its start."""
+    return _composed(Bodies.of(scenario), decorated=True)
+
+
+def compiled(scenario: Scenario) -> mujoco.MjModel:
+    """The same without what only pictures need, which costs a tenth of each step; nobody may write to it."""
+    return _compiled(Bodies.of(scenario))
+
+
+@lru_cache(maxsize=4)  # the seeds of a study, and the methods of a layout, have the same bodies
+def _compiled(bodies: Bodies) -> mujoco.MjModel:
+    model = _composed(bodies, decorated=False).compile()
+    # MuJoCo would compute every sensor in every step, a step late; encoders and yaw are read from the state.
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
+    # MuJoCo would put everything back to where the run began.
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    return model
+
+
+def _composed(bodies: Bodies, *, decorated: bool) -> mujoco.MjSpec:
     scene = _part("scene")
-    scene.modelname = scenario.name
-    scene.option.timestep = scenario.physics.timestep
-    low, high = (extreme(scene_points(scenario), axis=0) for extreme in (np.min, np.max))
+    scene.modelname = bodies.name
+    scene.option.timestep = bodies.timestep
+    low, high = (extreme(scene_points(bodies), axis=0) for extreme in (np.min, np.max))
     scene.stat.center = [*(0.5 * (low + high)), 0.5]
     scene.stat.extent = max(2.0, 0.5 * float(np.hypot(*(high - low))))
     floor = scene.geom("floor")
     floor.pos = [*np.round(0.5 * (low + high)), 0.0]
     floor.size = [*np.ceil(0.5 * (high - low) + 20.0), 0.1]
-    _attach(scene, _robot(scenario.robot, scenario.sensors.scanner.mount), "robot/", scenario.robot.start, decorated)
-    together = scene.worldbody.add_body(name=WALLS) if len(scenario.walls) > MANY else None
-    for i, wall in enumerate(scenario.walls):
+    _attach(scene, _robot(bodies.robot, bodies.mount), "robot/", bodies.robot.start, decorated)
+    together = scene.worldbody.add_body(name=WALLS) if len(bodies.walls) > MANY else None
+    for i, wall in enumerate(bodies.walls):
         _add_wall(scene, wall, f"wall{i}/wall", together)
-    for i, table in enumerate(scenario.tables):
+    for i, table in enumerate(bodies.tables):
         _attach(scene, _table(table), f"table{i}/", (*table.position, table.yaw), decorated)
-    for i, pillar in enumerate(scenario.pillars):
+    for i, pillar in enumerate(bodies.pillars):
         _attach(scene, _pillar(pillar), f"pillar{i}/", (*pillar.position, 0.0), decorated)
-    for i, person in enumerate(scenario.people):
+    for i, person in enumerate(bodies.people):
         shirt = _SHIRTS[i % len(_SHIRTS)]
         _attach(scene, _person(person, shirt), f"person{i}/", (*person.start, 0.0), decorated)
     return scene
@@ -93,12 +144,12 @@ def _attach(
     scene.attach(part, prefix=prefix, frame=frame)
 
 
-def _robot(robot: Robot, mount: Array) -> mujoco.MjSpec:
+def _robot(robot: Robot, mount: tuple[float, ...]) -> mujoco.MjSpec:
     """The lidar, a site and for the eye a puck with a cap, stands at `mount` (3,) of mjnav's own robot."""
     if robot.base is not None:
         return robot_part(robot.base, robot.limits)
     part = _part("robot")
-    x, y, yaw = mount.tolist()
+    x, y, yaw = mount
     for thing in (part.geom("puck"), part.geom("cap"), part.site("lidar")):
         thing.pos = [x, y, thing.pos[2]]
     part.site("lidar").quat = [np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)]
@@ -131,7 +182,7 @@ def _pillar(pillar: Pillar) -> mujoco.MjSpec:
     return part
 
 
-def _person(person: Person, shirt: tuple[float, float, float]) -> mujoco.MjSpec:
+def _person(person: Standing, shirt: tuple[float, float, float]) -> mujoco.MjSpec:
     part = _part("pedestrian")
     half = 0.5 * max(_SHOULDER - person.radius, 0.6)
     body = part.geom("body")

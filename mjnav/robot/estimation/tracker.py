@@ -104,6 +104,7 @@ def detection_noise(noise: Mapping[str, Distribution]) -> GaussianSum:
     return x.beside(y)
 
 
+@lru_cache(maxsize=32)  # episodes of a sweep have the same noise
 def _axis(channel: str, noise: Distribution) -> GaussianSum:
     """The noise of one channel, in one dimension; the draws are brought to its own mean and std."""
     draws = noise.sample(stream(0, "estimation.fit", channel), DRAWS)
@@ -111,6 +112,6 @@ def _axis(channel: str, noise: Distribution) -> GaussianSum:
     return _fitted(draws.tobytes(), LEAST_STD[channel])
 
 
-@lru_cache(maxsize=32)  # episodes of a sweep have the same noise
+@lru_cache(maxsize=32)  # one of a user's own is another object in each episode
 def _fitted(draws: bytes, least_std: float) -> GaussianSum:
     return fitted(np.frombuffer(draws), COMPONENTS, least_std)
