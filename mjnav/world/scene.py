@@ -9,7 +9,7 @@ memory quadratic in their number, and near boxes of one body by a tree.
 # mujoco's compiled modules carry no types.
 
 import hashlib
-from functools import lru_cache
+from functools import cache, lru_cache
 from math import atan2, hypot, pi
 from typing import NamedTuple
 
@@ -37,6 +37,11 @@ _SHOULDER, _HEAD = 1.42, 1.54  # [m] heights
 
 
 def _part(name: str) -> mujoco.MjSpec:
+    return _read(name).copy()
+
+
+@cache
+def _read(name: str) -> mujoco.MjSpec:
     return mujoco.MjSpec.from_file(str(data_folder("models") / f"{name}.xml"))
 
 
