@@ -170,3 +170,15 @@ def meet_lane(h: Matrix, x: Matrix, y: Matrix, normal: Vector, excess: Vector, m
                 continue
             for s in range(excess.size):
                 h[k, s] = max(h[k, s], min((along + excess[s] + margin) / margin, DEEPEST))
+
+
+@kernel
+def touching(h: Matrix):
+    """The share of samples with a violation of 1 or more, of each row of `h` (K, S): (K,)."""
+    shares = np.empty(len(h))
+    for k in range(len(h)):
+        count = 0
+        for s in range(h.shape[1]):
+            count += h[k, s] >= 1.0
+        shares[k] = count / h.shape[1]
+    return shares

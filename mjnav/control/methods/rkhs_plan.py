@@ -27,6 +27,7 @@ from typing import Annotated
 
 import numpy as np
 
+from mjnav.control.kernels.violation import touching
 from mjnav.control.parameters import LEAST, MOST, Count, Seconds, Weight
 from mjnav.control.planner import Planner, PlannerParameters, Risks
 from mjnav.control.problem.joint_samples import JointSamples
@@ -66,7 +67,7 @@ class RkhsPlan(Planner[RkhsPlanParameters]):
 
         def risks(rollouts: Rollouts) -> Risks:
             h = self.violation(samples, rollouts)
-            return Risks(self.parameters.weight * self.distance(h), np.count_nonzero(h >= 1.0, axis=1) / h.shape[1], h)
+            return Risks(self.parameters.weight * self.distance(h), touching(h), h)
 
         return risks
 

@@ -151,11 +151,11 @@ def _corrected(
     weights: Vector, walks: Flags, mean: Matrix, covariance: Cube, measured: Vector, age: float, share: Vector,
     bias: Matrix, noise: Cube, floor: float, num: int, offset: float,
 ):  # fmt: skip
-    """All that is `explained`, and of the `num` kept: weights, modes, means and covariances."""
+    """The density of the measurement, and of all that is `explained` the `num` kept: weights, modes, moments."""
     joint = explained(weights, mean, covariance, measured, age, share, bias, noise, floor)
     chosen, new = kept(joint, num, offset)
     owner, m, P = corrected(chosen, mean, covariance, measured, age, bias, noise)
-    return joint, new, walks[owner], m, P
+    return joint.sum(), new, walks[owner], m, P
 
 
 JUDGED = 32  # particles by which it is judged whether a body could have been seen
@@ -202,11 +202,10 @@ class WalkFilter:
 
         `floor` [1/m^2] is the density of a measurement that says nothing, times its probability.
         """
-        joint, *posterior = _corrected(
+        density, *posterior = _corrected(
             self._weights, self._walks, self._mean, self._covariance, np.ascontiguousarray(measured, float), age,
             noise.weights, noise.means, noise.covariances, floor, self._num, self._resampling.random(),
         )  # fmt: skip
-        density = float(joint.sum())
         if density > 0.0:
             self._become(*posterior)
         return density

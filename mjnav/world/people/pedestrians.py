@@ -274,8 +274,8 @@ class Pedestrians:
             walk = _made_walk(people[first].behaviour, scenario, index, seed)
             temperaments = None if walk.tempers or not sees else Temperaments(scenario, index)
             self._straight[place] = not walk.sidesteps
-            self._groups.append((place, sees, walk, temperaments))
-        self._all_see = all(sees for _, sees, _, _ in self._groups)
+            self._groups.append((place, sees or not walk.heeds_robot, walk, temperaments))
+        self._shows_all = all(shown for _, shown, _, _ in self._groups)
         self._unseen = sealed(np.full(3, np.nan)), sealed(np.full(2, np.nan))  # pose and twist of the robot
         self._presence = Presence(scenario, seed) if comes_or_goes(scenario) else None
 
@@ -324,9 +324,9 @@ class Pedestrians:
         """Desired velocities of all people, (P, 2) [m/s]; zero for those who are not there."""
         desired = np.zeros((len(self._radii), 2))
         pose, twist = self._unseen
-        unseen = world if self._all_see else replace(world, robot_pose=pose, robot_twist=twist)
-        for place, sees, walk, temperaments in self._groups:
-            wanted = walk.velocities(world if sees else unseen)
+        unseen = world if self._shows_all else replace(world, robot_pose=pose, robot_twist=twist)
+        for place, shown, walk, temperaments in self._groups:
+            wanted = walk.velocities(world if shown else unseen)
             desired[place] = wanted if temperaments is None else temperaments.applied(world, wanted)
         if self._presence is not None:
             desired[~self._presence.present] = 0.0

@@ -37,6 +37,7 @@ class Walk(ABC):
 
     tempers: ClassVar[bool] = False  # whether the walk asks the people's temperaments itself
     sidesteps = True  # whether its people go round whom they touch (`sidestepped`)
+    heeds_robot: ClassVar[bool] = True  # whether the robot's pose and twist matter to it
 
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
         self.index = index
@@ -68,6 +69,8 @@ class Walk(ABC):
 
 class Route(Walk):
     """From waypoint to waypoint at constant speed; the last one, unless the route loops, is approached and kept."""
+
+    heeds_robot = False
 
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
@@ -157,6 +160,8 @@ def _lengths(vectors: Array) -> list[float]:
 class Straight(Walk):
     """Constant velocity, in turns with standing still: moving while time mod (go + stop) < go."""
 
+    heeds_robot = False
+
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
         behaviours = [*self.behaviours(scenario, ConstantVelocity), *self.behaviours(scenario, StopAndGo)]
@@ -190,6 +195,8 @@ class Replayed(Walk):
 
     p is the spline. Where velocities are obeyed at once, who is on the track stays on it exactly.
     """
+
+    heeds_robot = False
 
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
