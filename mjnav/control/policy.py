@@ -27,8 +27,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations
-from math import sqrt
 from types import MappingProxyType
 from typing import Annotated, ClassVar
 
@@ -126,43 +124,46 @@ def _robot(features: Features, limits: RobotLimits, observation: Observation, fr
     way = observation.goal - frame.origin
     direction = np.arctan2(way[1], way[0])
     heading = frame.heading - direction
-    _, errors = _deviations(np.array(observation.robot_pose[None], order="C"), *frame.origin.tolist(), frame.heading,
+    _, (spread,) = _moments(np.array(observation.robot_pose[None], order="C"), *frame.origin.tolist(), frame.heading,
                             float(np.cos(-direction)), float(np.sin(-direction)))  # fmt: skip
-    (spread,) = _spread(errors)
     return np.array([np.hypot(*way), np.cos(heading), np.sin(heading), *observation.twist, *spread])
 
 
 @exact
-def _deviations(samples: Cube, x: float, y: float, heading: float, cos: float, sin: float):
-    """Means (P, d) of samples (P, n, d) and the deviations from them, of columns x, y in a frame at (x, y).
+def _moments(samples: Cube, x: float, y: float, heading: float, cos: float, sin: float):
+    """Means (P, d) of samples (P, n, d), of columns x, y in a frame at (x, y), turned by an angle of `cos` and `sin`.
 
-    It is turned by an angle of that `cos` and `sin`. A third column is a heading [rad], and taken against `heading`.
+    A third column is a heading [rad], and taken against `heading`. Also of each body the standard deviations, then the
+    correlations row by row: (P, d + d (d - 1) / 2).
     """
     num_bodies, num, columns = samples.shape
-    mean, errors = np.zeros((num_bodies, columns)), np.empty(samples.shape)
+    mean, spread = np.zeros((num_bodies, columns)), np.zeros((num_bodies, columns + columns * (columns - 1) // 2))
+    errors = np.empty((columns, num))
     for p in range(num_bodies):
         for i in range(num):
             dx, dy = samples[p, i, 0] - x, samples[p, i, 1] - y
-            errors[p, i, 0], errors[p, i, 1] = cos * dx - sin * dy, sin * dx + cos * dy
+            errors[0, i], errors[1, i] = cos * dx - sin * dy, sin * dx + cos * dy
             if columns == 3:
-                errors[p, i, 2] = rounded(samples[p, i, 2] - heading)
+                errors[2, i] = rounded(samples[p, i, 2] - heading)
             for j in range(columns):
-                mean[p, j] += errors[p, i, j]
+                mean[p, j] += errors[j, i]
+        place = columns
         for j in range(columns):
             mean[p, j] /= num
+            square = 0.0
             for i in range(num):
-                errors[p, i, j] -= mean[p, j]
-    return mean, errors
-
-
-def _spread(errors: Array) -> list[list[float]]:
-    """Of each body standard deviations, then correlations row by row, of deviations (P, n, d): d + d (d - 1)/2 each."""
-    rows = []
-    for covariance in (errors.transpose(0, 2, 1) @ errors / errors.shape[1]).tolist():
-        std = [sqrt(row[i]) for i, row in enumerate(covariance)]
-        products = ((covariance[i][j], std[i] * std[j]) for i, j in combinations(range(len(std)), 2))
-        rows.append(std + [one / product if product > LEAST_STD**2 else 0.0 for one, product in products])
-    return rows
+                errors[j, i] -= mean[p, j]
+                square += errors[j, i] * errors[j, i]
+            spread[p, j] = np.sqrt(square / num)
+        for j in range(columns):
+            for k in range(j + 1, columns):
+                product = 0.0
+                for i in range(num):
+                    product += errors[j, i] * errors[k, i]
+                both = spread[p, j] * spread[p, k]
+                spread[p, place] = product / num / both if both > LEAST_STD**2 else 0.0
+                place += 1
+    return mean, spread
 
 
 def _people_bounds(features: Features, limits: RobotLimits) -> Bounds:
@@ -192,9 +193,9 @@ def _rows(
 ) -> Iterator[list[float]]:
     """The values of those of some people, with equally many samples, who are in sight."""
     turn = float(np.cos(-frame.heading)), float(np.sin(-frame.heading))
-    place, errors = _deviations(np.array([one.position for one in seen]), *frame.origin.tolist(), 0.0, *turn)
-    velocity, changes = _deviations(np.array([one.velocity for one in seen]), 0.0, 0.0, 0.0, *turn)
-    parts = np.hypot(*place.T).tolist(), place.tolist(), velocity.tolist(), _spread(errors), _spread(changes)
+    place, errors = _moments(np.array([one.position for one in seen]), *frame.origin.tolist(), 0.0, *turn)
+    velocity, changes = _moments(np.array([one.velocity for one in seen]), 0.0, 0.0, 0.0, *turn)
+    parts = (values.tolist() for values in (np.hypot(*place.T), place, velocity, errors, changes))
     for one, distance, at, moves, *spreads in zip(seen, *parts, strict=True):
         if distance <= features.sight:
             clearance = distance - one.radius - limits.radius

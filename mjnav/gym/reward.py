@@ -13,8 +13,9 @@ from types import MappingProxyType
 
 import numpy as np
 
+from mjnav.compile.compiled import Matrix, Vector, exact
 from mjnav.errors import InvalidValue, unknown_name
-from mjnav.geometry.distances import segment_distance
+from mjnav.geometry.floor import point_segment
 from mjnav.loop.events import GOAL
 from mjnav.messages import Array, WorldState, number
 from mjnav.metrics.effort import control_cost
@@ -46,15 +47,31 @@ class Transition:
         start, end = (state.people_position - state.robot_pose[:2] for state in (self.before, self.after))
         told = self.after.people_radius
         radii = np.array([person.radius for person in self.scenario.people]) if told is None else told
-        distance = segment_distance(np.zeros(2), start, end)
-        if np.isnan(distance).any():  # who comes, goes or is not there
-            distance = np.where(np.isnan(distance), np.fmin(np.hypot(*start.T), np.hypot(*end.T)), distance)
-        return float(np.fmin.reduce(distance - (radii + self.scenario.robot.radius), initial=np.inf))
+        return _clearance(start, end, radii + self.scenario.robot.radius)
 
     def progress(self) -> float:
         """How much nearer the robot came to `target` [m]."""
         before, after = (hypot(*(state.robot_pose[:2] - self.target).tolist()) for state in (self.before, self.after))
         return before - after
+
+
+@exact
+def _clearance(start: Matrix, end: Matrix, reach: Vector):
+    """Least distance from the origin to the segments from `start` to `end` (P, 2) less `reach` (P,).
+
+    Of who comes or goes, whose start or end is NaN, the other counts.
+    """
+    least = np.inf
+    for i in range(len(reach)):
+        x0, y0, x1, y1 = start[i, 0], start[i, 1], end[i, 0], end[i, 1]
+        if np.isnan(x0):
+            x0, y0 = x1, y1
+        if np.isnan(x1):
+            x1, y1 = x0, y0
+        gap = point_segment(0.0, 0.0, x0, y0, x1, y1) - reach[i]
+        if gap < least:  # a NaN, of who is not there, is not
+            least = gap
+    return least
 
 
 @dataclass(frozen=True, slots=True)

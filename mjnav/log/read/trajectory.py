@@ -5,8 +5,10 @@
 
 import re
 from array import array
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from math import nan
 from sys import intern
 
@@ -61,7 +63,8 @@ class TrajectoryBuilder:
     """
 
     def __init__(self):
-        self._rows: dict[str, array[float]] = {}  # the numbers of each column, one row after another
+        # The numbers of each column, one row after another.
+        self._rows: dict[str, array[float]] = defaultdict(partial(array, "d"))
         self._num_people = 0
         self._places: dict[str, int] = {}  # of a track's person by its name
         self._status: list[str] = []
@@ -193,4 +196,4 @@ class TrajectoryBuilder:
     def _add(self, **rows: ArrayLike) -> None:
         """A row of each of these columns."""
         for name, row in rows.items():
-            self._rows.setdefault(name, array("d")).frombytes(np.asarray(row, float).tobytes())
+            self._rows[name].frombytes(np.asarray(row, float).tobytes())
