@@ -188,7 +188,7 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         yield
         simulation.perceive()
         yield
-        simulation.observe()
+        simulation.predict()
         yield
         self._stepped = self._observe(), sum(terms.values()), terminated, simulation.done and not terminated, info
         yield
@@ -210,7 +210,7 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         self._end_pictures()
 
     def _observe(self) -> Blocks:
-        return self._encoder.encode(self.simulation.observe())
+        return self._encoder.encode(self.simulation.predict())
 
     def _distance(self, truth: WorldState) -> float:
         return hypot(*(truth.robot_pose[:2] - self._scenario.robot.route[-1]).tolist())

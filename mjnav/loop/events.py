@@ -163,7 +163,7 @@ class Events:
             if dist((x, y), self._before.robot_pose[:2].tolist()) > self._farthest:
                 yield Event("warning", "kidnap", f"the robot was put elsewhere: to {x:.2f}, {y:.2f} m")
             before = ~np.isnan(self._before.people_position[:, 0])
-            for i in np.flatnonzero(there != before).tolist():
+            for i in [] if (there == before).all() else np.flatnonzero(there != before).tolist():
                 yield Event("info", "people", f"person{i} {'enters' if there[i] else 'leaves'}")
 
     def at_end(self, final: WorldState, outcome: str, log_dropped: int) -> list[Event]:

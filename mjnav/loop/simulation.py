@@ -365,6 +365,12 @@ class Simulation:
         """Senses and estimates, where the present tick has not yet."""
         self._perceived("perceive()")
 
+    def predict(self) -> Observation:
+        """What `observe` gives, but itself: for those who write to nothing."""
+        predicted = self._predicted("predict()").predicted
+        assert predicted is not None, "the tick has predicted"
+        return predicted
+
     def prepare(self) -> None:
         """Makes the controller, which is otherwise made when it is first asked. Raises InputError where it cannot."""
         _ = self._robot.controller

@@ -159,8 +159,6 @@ class TypeIVLaw:
 
     def _accepted(self, rng: np.random.Generator, most: int) -> Array:
         """At most `most` draws of psi, seldom fewer."""
-        from mjnav.noise.pearson_iv import accept
-
         stairs = self.staircase
         u = rng.random((2, most + most // 8 + 4))
         return accept(u, stairs.left, stairs.high, stairs.low, stairs.area, stairs.guide, self.r, self.t0)[:most]

@@ -107,7 +107,9 @@ class ParticleLocalizer(base.PoseEstimator):
     def _correct(self, particles: Array, reading: Reading) -> bool:
         """Weighs predicted particles (n, 3) by a pose; whether they have explained too many in a row no more."""
         errors = pose_errors(reading.pose, particles)
-        densities = np.stack([model.density(error) for model, error in zip(self._likelihoods, errors, strict=True)])
+        densities = np.empty(errors.shape)
+        for row, model, error in zip(densities, self._likelihoods, errors, strict=True):
+            row[:] = model.density(error)
         interval = reading.time - self._seen
         for row, copula in self._lasting if interval > 0.0 else ():
             floor = self._likelihoods[row].floor
