@@ -199,7 +199,8 @@ def _message(problem: Problem, weighed: Weighed, followed: int) -> CandidateCost
 
     The risk is one of all obstacles together: it stands in the column of the nearest.
     """
-    rows = np.append(np.arange(len(weighed.goal)), followed)
+    rows = np.arange(len(weighed.goal) + 1)
+    rows[-1] = followed
     v, omega = weighed.rollouts.controls[:, 0, rows]
     o = problem.observation
     cone = np.zeros((len(rows), len(o.obstacles) + len(o.walls)))

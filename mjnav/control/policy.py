@@ -36,7 +36,7 @@ from numpy.typing import ArrayLike, NDArray
 from mjnav.compile.compiled import Cube, exact
 from mjnav.control.base import status_of
 from mjnav.control.parameters import LoopParameters
-from mjnav.geometry.angles import circular_mean, rounded
+from mjnav.geometry.angles import circular_mean, mean_position, rounded
 from mjnav.geometry.distances import segment_distance
 from mjnav.messages import MOST_STANDING, Array, Decision, Observation, ObstacleSamples, RobotLimits, finite
 from mjnav.motion.unicycle import command_bounds
@@ -99,7 +99,7 @@ class Frame:
     def of(cls, observation: Observation) -> "Frame":
         """The robot's frame of an observation."""
         pose = observation.robot_pose
-        return cls(pose[:, :2].mean(axis=0), circular_mean(pose[:, 2]))
+        return cls(mean_position(pose), circular_mean(pose[:, 2]))
 
     def place(self, points: Array) -> Array:
         """World points (..., 2) in this frame."""

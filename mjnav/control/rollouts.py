@@ -72,7 +72,7 @@ class ControlLimits:
     def of(cls, twist: Array, limits: RobotLimits, period: float, step: float) -> "ControlLimits":
         """The first control is reached from `twist` (2,) in one `period`, each later one in one `step`."""
         change = np.array([limits.max_acceleration, limits.max_turn_acceleration]) * step
-        return cls(np.stack(reachable(twist, limits, period)), np.stack(control_bounds(limits)), change)
+        return cls(np.array(reachable(twist, limits, period)), np.array(control_bounds(limits)), change)
 
 
 @dataclass(frozen=True, slots=True)

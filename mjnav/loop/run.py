@@ -16,6 +16,7 @@ import numpy as np
 from mjnav.compile.compiled import helpers, load_kernels
 from mjnav.control.registry import shipped
 from mjnav.errors import InvalidValue
+from mjnav.geometry.angles import mean_position
 from mjnav.log.live import LiveServer
 from mjnav.loop.episode import Episode
 from mjnav.loop.pacer import FreePacer, RealTimePacer, realtime_scheduling
@@ -151,5 +152,5 @@ def record_at(scenario: Scenario, time: float, *, progress: Callable[[float], No
 
 def column_names(scenario: Scenario, seen: Observation) -> tuple[str, ...]:
     """What the columns of `CandidateCosts.cone` belong to: people, legs, pillars, the walls that were seen."""
-    floor, position = FloorMap(scenario), seen.robot_pose[:, :2].mean(axis=0)
+    floor, position = FloorMap(scenario), mean_position(seen.robot_pose)
     return (*person_names(len(scenario.people)), *floor.disc_names(position), *floor.wall_names(position))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mjnav import messages
+from mjnav.geometry.angles import mean_position
 from mjnav.log.read.trajectory import TrajectoryBuilder
 from mjnav.log.write.writer import Recorder
 from mjnav.loop.events import Events
@@ -138,6 +139,6 @@ class RunRecord:
             return None
         obstacle, samples, desired = found
         samples, desired = (sealed(np.asarray(values, float)) for values in (samples, desired))
-        discs = self._robot.floor_map.disc_names(seen.robot_pose[:, :2].mean(axis=0))
+        discs = self._robot.floor_map.disc_names(mean_position(seen.robot_pose))
         names = (*(track.name for track in beliefs.people), *discs)
         return messages.ConeDistribution(names[obstacle], samples, desired, float((samples <= 0.0).mean()))

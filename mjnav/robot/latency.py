@@ -190,7 +190,7 @@ class RobotPrediction:
                 i = window - first
                 pose = integrate_rows(pose, mean[0] + v[i], mean[1] + omega[i], until - begin)
                 begin = until
-        return pose, np.column_stack([v[-1], omega[-1]])
+        return pose, np.array([v[-1], omega[-1]]).T.copy()
 
 
 def _window(time: float) -> int:

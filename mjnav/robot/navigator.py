@@ -10,7 +10,7 @@ from mjnav import messages
 from mjnav.control import Controller
 from mjnav.errors import InvalidValue, PluginFault
 from mjnav.filters.particles import shuffled
-from mjnav.geometry.angles import circular_mean, mean_pose
+from mjnav.geometry.angles import circular_mean, mean_pose, mean_position
 from mjnav.messages import Array, Beliefs
 from mjnav.motion.unicycle import command_bounds
 from mjnav.rng import stream
@@ -169,7 +169,7 @@ class Navigator:
         stretches = self._history.stretches(belief.time, effect)
         robot, people = self._own_samples(num) if own else self._samples_of(beliefs, num)
         pose, noise = self._robot_prediction.robot(robot, belief.time, effect, stretches)
-        floor, position = self.floor_map, pose[:, :2].mean(axis=0)
+        floor, position = self.floor_map, mean_position(pose)
         goal, way = self.goal, None
         if self._wayfinder is not None:
             unseen = self._local.unseen if self._local is not None and self._wayfinder.minds_unseen else None

@@ -173,8 +173,8 @@ def _near(known: KnownMap | None, samples: Array) -> Array:
     """The walls (W, 2, 2) of a map within FARTHEST of people's samples (P, M, 4)."""
     if known is None or not samples.size:
         return np.zeros((0, 2, 2))
-    places = samples[..., :2].reshape(-1, 2)
-    low, high = places.min(axis=0) - FARTHEST, places.max(axis=0) + FARTHEST
+    x, y = samples[..., 0], samples[..., 1]
+    low, high = np.array([x.min(), y.min()]) - FARTHEST, np.array([x.max(), y.max()]) + FARTHEST
     beside = (known.walls.max(axis=1) < low) | (known.walls.min(axis=1) > high)
     return known.walls[~beside.any(axis=1)]
 

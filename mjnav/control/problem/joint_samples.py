@@ -29,7 +29,10 @@ def robot_offsets(problem: Problem) -> Array:
     """
     o, heading = problem.observation, problem.observation.robot_pose[:, 2]
     drift = problem.period * o.control_noise[:, 0]
-    return (o.robot_pose[:, :2] - problem.mean_pose[:2]).T + drift * np.stack([np.cos(heading), np.sin(heading)])
+    offsets = (o.robot_pose[:, :2] - problem.mean_pose[:2]).T.copy()
+    offsets[0] += drift * np.cos(heading)
+    offsets[1] += drift * np.sin(heading)
+    return offsets
 
 
 def lane_excesses(problem: Problem, offsets: Array) -> tuple[tuple[Array, Array], ...]:

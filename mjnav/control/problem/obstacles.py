@@ -13,8 +13,10 @@ The discs and walls that count are laid out for the kernel, `control/kernels/con
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.compile.compiled import Cube, Indices, ReadOnlyCube, ReadOnlyMatrix, Vector, exact, kernel
 from mjnav.constraints.walls import point_to_segment
@@ -71,9 +73,14 @@ class Discs:
         return cls(
             np.concatenate([o.position for o in obstacles]),
             np.concatenate([o.velocity for o in obstacles]),
-            np.cumsum([0, *(len(o.position) for o in obstacles)]),
+            np.array([*accumulate((len(o.position) for o in obstacles), initial=0)]),
             np.array([o.radius for o in obstacles]),
         )
+
+    @property
+    def sizes(self) -> NDArray[np.int64]:
+        """How many samples each disc has, (J,)."""
+        return self.start[1:] - self.start[:-1]
 
     def take(self, indices: Sequence[int]) -> "Discs":
         """The discs of these indices, in their order."""
@@ -85,8 +92,7 @@ class Discs:
         """The same discs with one sample each: the mean."""
         if not len(self.radius):
             return self
-        count = np.diff(self.start)[:, None]
-        first = self.start[:-1]
+        count, first = self.sizes[:, None], self.start[:-1]
         return Discs(
             np.add.reduceat(self.position, first) / count,
             np.add.reduceat(self.velocity, first) / count,
@@ -96,7 +102,7 @@ class Discs:
 
     def variances(self) -> Array:
         """Of each disc's position by x and y, (J, 2) [m^2]."""
-        count, first = np.diff(self.start), self.start[:-1]
+        count, first = self.sizes, self.start[:-1]
         if not len(count):
             return np.zeros((0, 2))
         departure = self.position - np.repeat(self.means().position, count, axis=0)

@@ -165,7 +165,7 @@ class SampleCone:
     @property
     def sizes(self) -> NDArray[np.int64]:
         """How many pairs each block has, (B,)."""
-        return np.diff(self.blocks.start) * len(self.robot.speed_noise)
+        return (self.blocks.start[1:] - self.blocks.start[:-1]) * len(self.robot.speed_noise)
 
     def _memory(self, num: int, num_controls: int) -> tuple[Array, NDArray[np.int64]]:
         """Room for the samples (n, K) of a block, and for the numbers of their rows."""

@@ -20,6 +20,7 @@ from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Point3_pb2 import Point3
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 
+from mjnav.geometry.angles import mean_position
 from mjnav.log.encode.candidates import drawn_paths, line_header
 from mjnav.log.encode.geometry import WORLD_FRAME, cylinder
 from mjnav.log.encode.protobuf import Fields, Schema, encode_fields, numbered, protobuf_schema
@@ -114,7 +115,7 @@ def future_entities(observation: Observation | None, tracks: Sequence[Track]) ->
     if observation is None or all(disc.future is None for disc in observation.obstacles):
         return []
     people = list(zip(tracks, observation.obstacles, strict=False))  # furniture follows the people
-    robot = observation.robot_pose[:, :2].mean(axis=0)
+    robot = mean_position(observation.robot_pose)
     people.sort(key=lambda person: float(np.hypot(*(person[1].position.mean(axis=0) - robot))))
     return [
         _strips(track.name, len(paths), paths.ravel().tolist())

@@ -110,7 +110,8 @@ class Likelihood(Constant):
         """
         if self._table is None:
             return self.exact_density(error)
-        return _interpolated(np.reshape(error, -1), *self._table, self.floor).reshape(np.shape(error))
+        error = np.asarray(error, float)
+        return _interpolated(error.reshape(-1), *self._table, self.floor).reshape(error.shape)
 
     def exact_density(self, error: Array) -> Array:
         """`density` without a table."""
