@@ -168,7 +168,8 @@ class Presence:
 
     def leaving(self, world: WorldState, arrived: Flags) -> list[int]:
         """Who leaves now: those whose time is over, and those who have `arrived` (P,)."""
-        going = np.flatnonzero(self.present & (arrived | (world.time >= self._leaves - 1e-9))).tolist()
+        goes = self.present & (arrived | (world.time >= self._leaves - 1e-9))
+        going = np.flatnonzero(goes).tolist() if goes.any() else []
         for i in going:
             self.present[i] = False
             walk = self._people[i].behaviour
