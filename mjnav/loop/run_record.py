@@ -139,6 +139,10 @@ class RunRecord:
             return None
         obstacle, samples, desired = found
         samples, desired = (sealed(np.asarray(values, float)) for values in (samples, desired))
-        discs = self._robot.floor_map.disc_names(mean_position(seen.robot_pose))
-        names = (*(track.name for track in beliefs.people), *discs)
-        return messages.ConeDistribution(names[obstacle], samples, desired, float((samples <= 0.0).mean()))
+        standing = obstacle - len(beliefs.people)
+        if standing < 0:
+            name = beliefs.people[obstacle].name
+        else:
+            name = self._robot.floor_map.disc_names(mean_position(seen.robot_pose))[standing]
+        safe = np.count_nonzero(samples <= 0.0) / samples.size
+        return messages.ConeDistribution(name, samples, desired, safe)
