@@ -1,7 +1,7 @@
 """Result of a run: its figures and its trajectory, and the figures as an HTML table for notebooks."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from html import escape
 from typing import Any
 
@@ -40,7 +40,7 @@ class RunSummary:
 
 
 def _copied(value: Any) -> Any:
-    if is_dataclass(value) and not isinstance(value, type):
+    if isinstance(value, Detour):
         return asdict(value)
     return {key: _copied(one) for key, one in value.items()} if isinstance(value, Mapping) else value
 

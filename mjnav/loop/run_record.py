@@ -144,5 +144,4 @@ class RunRecord:
             name = beliefs.people[obstacle].name
         else:
             name = self._robot.floor_map.disc_names(mean_position(seen.robot_pose))[standing]
-        safe = np.count_nonzero(samples <= 0.0) / samples.size
-        return messages.ConeDistribution(name, samples, desired, safe)
+        return messages.ConeDistribution(name, samples, desired, float((samples <= 0.0).mean()))

@@ -60,7 +60,7 @@ class Standing(NamedTuple):
     radius: float
 
 
-class Bodies(NamedTuple):
+class SceneBodies(NamedTuple):
     """All of a scenario on which its model depends."""
 
     name: str
@@ -73,7 +73,7 @@ class Bodies(NamedTuple):
     people: tuple[Standing, ...]
 
     @classmethod
-    def of(cls, scenario: Scenario) -> "Bodies":
+    def of(cls, scenario: Scenario) -> "SceneBodies":
         """Those of a scenario."""
         mount, people = scenario.sensors.scanner.mount, (Standing(one.start, one.radius) for one in scenario.people)
         return cls(
@@ -82,7 +82,7 @@ class Bodies(NamedTuple):
         )  # fmt: skip
 
 
-def scene_points(scenario: Scenario | Bodies) -> Array:
+def scene_points(scenario: Scenario | SceneBodies) -> Array:
     """Points on the floor that span everything in the scenario, (n, 2) [m]."""
     robot = scenario.robot
     points = [robot.start[:2], *robot.route]
@@ -95,16 +95,16 @@ def scene_points(scenario: Scenario | Bodies) -> Array:
 
 def compose(scenario: Scenario) -> mujoco.MjSpec:
     """The scenario's model, not yet compiled, everything at its start."""
-    return _composed(Bodies.of(scenario), decorated=True)
+    return _composed(SceneBodies.of(scenario), decorated=True)
 
 
 def compiled(scenario: Scenario) -> mujoco.MjModel:
     """The same without what only pictures need, which costs a tenth of each step; nobody may write to it."""
-    return _compiled(Bodies.of(scenario))
+    return _compiled(SceneBodies.of(scenario))
 
 
 @lru_cache(maxsize=4)  # the seeds of a study, and the methods of a layout, have the same bodies
-def _compiled(bodies: Bodies) -> mujoco.MjModel:
+def _compiled(bodies: SceneBodies) -> mujoco.MjModel:
     model = _composed(bodies, decorated=False).compile()
     # MuJoCo would compute every sensor in every step, a step late; encoders and yaw are read from the state.
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
@@ -113,7 +113,7 @@ def _compiled(bodies: Bodies) -> mujoco.MjModel:
     return model
 
 
-def _composed(bodies: Bodies, *, decorated: bool) -> mujoco.MjSpec:
+def _composed(bodies: SceneBodies, *, decorated: bool) -> mujoco.MjSpec:
     scene = _part("scene")
     scene.modelname = bodies.name
     scene.option.timestep = bodies.timestep

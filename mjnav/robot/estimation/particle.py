@@ -108,8 +108,8 @@ class ParticleLocalizer(base.PoseEstimator):
         """Weighs predicted particles (n, 3) by a pose; whether they have explained too many in a row no more."""
         errors = pose_errors(reading.pose, particles)
         densities = np.empty(errors.shape)
-        for row, model, error in zip(densities, self._likelihoods, errors, strict=True):
-            row[:] = model.density(error)
+        for row, model in enumerate(self._likelihoods):
+            densities[row] = model.density(errors[row])
         interval = reading.time - self._seen
         for row, copula in self._lasting if interval > 0.0 else ():
             floor = self._likelihoods[row].floor
