@@ -255,7 +255,7 @@ class VectorSceneEnv(SyncVectorEnv):
     """`num_envs` worlds in one process, each with the bits of a single `SceneEnv` made with the same `options`.
 
     All take the first part of a step, then all the next: the processor's caches hold the code of one part, not of a
-    whole step, which takes a quarter less time.
+    whole step, which takes a seventh less time.
     """
 
     def __init__(

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from mjnav.errors import InvalidValue
+from mjnav.study.sweep import schedulers
 from mjnav.study.sweep.schedulers import ENVIRONMENT, TimeLimit, as_done
 
 PATIENCE = 30.0  # [s]
@@ -66,6 +67,28 @@ def test_the_task_of_a_killed_worker_is_done_by_another_until_it_is_given_up(tmp
         3: f"{there} done",
     }
     assert multiprocessing.active_children() == []
+
+
+def memory(_: int, beat=None) -> tuple[str | None, str | None]:
+    return os.environ.get("GLIBC_TUNABLES"), os.environ.get("PYTHONMALLOC")
+
+
+@pytest.mark.parametrize(
+    ("pages", "theirs"),
+    [
+        ("always [madvise] never", ("glibc.malloc.arena_max=3:glibc.malloc.hugetlb=1", "malloc")),
+        ("always madvise [never]", ("glibc.malloc.arena_max=3", None)),
+        (None, ("glibc.malloc.arena_max=3", None)),
+    ],
+)
+def test_a_worker_asks_for_huge_pages_where_the_system_has_them(pages, theirs, tmp_path, monkeypatch):
+    monkeypatch.setattr(schedulers, "HUGE_PAGES", tmp_path / "enabled")
+    monkeypatch.setenv("GLIBC_TUNABLES", "glibc.malloc.arena_max=3")
+    monkeypatch.delenv("PYTHONMALLOC", raising=False)
+    if pages is not None:
+        schedulers.HUGE_PAGES.write_text(pages)
+    assert dict(filter(None, answers(memory, range(1)))) == {0: theirs}
+    assert memory(0) == ("glibc.malloc.arena_max=3", None)
 
 
 def threads(_: int, beat=None) -> list[str | None]:
