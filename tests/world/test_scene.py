@@ -1,10 +1,12 @@
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
 
 from mjnav.scene.sensors import LidarSpec
 from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Sensors, Table
-from mjnav.world.scene import DECORATION, UNSEEN, compose
+from mjnav.world.scene import DECORATION, UNSEEN, compiled, compose
 
 
 def test_sizes_come_from_the_scenario(scene):
@@ -27,6 +29,17 @@ def test_sizes_come_from_the_scenario(scene):
     assert model.body_subtreemass[model.body("robot/base").id] == pytest.approx(14.0)
     np.testing.assert_allclose(model.site("robot/lidar").pos, (0.1, -0.05, 0.33))
     np.testing.assert_allclose(model.site("robot/lidar").quat, (np.cos(0.2), 0.0, 0.0, np.sin(0.2)))
+
+
+def test_simulations_share_a_model_where_their_bodies_are_the_same_to_the_last_bit(scene):
+    people = (Person((0.0, 2.0), ConstantVelocity((0.0, 0.0)), 0.25),)
+    ours = scene(people=people)
+    walks = (replace(people[0], behaviour=ConstantVelocity((1.0, 0.0))),)
+    assert compiled(replace(ours, seed=ours.seed + 1, people=walks)) is compiled(ours)
+    wider = (replace(people[0], radius=0.3),)
+    assert compiled(replace(ours, people=wider)).geom("person0/body").size[0] == 0.3
+    below = replace(ours, robot=replace(ours.robot, start=(-0.0, 0.0, 0.0)))
+    assert [bool(np.signbit(compiled(one).qpos0[0])) for one in (ours, below)] == [False, True]
 
 
 def test_a_turned_table_has_its_legs_where_the_scenario_says(scene):
