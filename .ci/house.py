@@ -37,7 +37,7 @@ BUDGETS = {  # code lines
     "scene": 3676,
     "settings": 823,
     "study": 3241,
-    "world": 2731,
+    "world": 2730,
 }
 MOST_FILES = 309
 MOST_IMPORTS = 0.0995  # of all code lines

@@ -71,7 +71,6 @@ class SceneBodies(NamedTuple):
     tables: tuple[Table, ...]
     pillars: tuple[Pillar, ...]
     people: tuple[Standing, ...]
-    bits: bytes  # of the robot's start: 0.0 and -0.0 are equal, and two states
 
     @classmethod
     def of(cls, scenario: Scenario) -> "SceneBodies":
@@ -79,7 +78,7 @@ class SceneBodies(NamedTuple):
         mount, people = scenario.sensors.scanner.mount, (Standing(one.start, one.radius) for one in scenario.people)
         return cls(
             scenario.name, scenario.physics.timestep, scenario.robot, tuple(mount.tolist()),
-            scenario.walls, scenario.tables, scenario.pillars, tuple(people), np.array(scenario.robot.start).tobytes(),
+            scenario.walls, scenario.tables, scenario.pillars, tuple(people),
         )  # fmt: skip
 
 
