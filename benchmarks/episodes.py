@@ -5,7 +5,7 @@
 Each row is a scene with its own engine and controller, --episodes seeds without a log. `loops` is the CPU time of a
 simulated second over that of a loop of 10 000 small array operations, run before each episode: on a slower or a busier
 machine both take longer, so it compares versions where times do not. The median of the episodes' ratios counts. An
-episode of one tick is all that an episode costs beside its ticks, with the layout where that is drawn; its seeds are
+episode of one tick shows what an episode costs beside its ticks, with the layout where that is drawn; its seeds are
 others.
 """
 

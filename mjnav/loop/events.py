@@ -162,7 +162,7 @@ class Events:
             x, y, _ = truth.robot_pose.tolist()
             if dist((x, y), self._before.robot_pose[:2].tolist()) > self._farthest:
                 yield Event("warning", "kidnap", f"the robot was put elsewhere: to {x:.2f}, {y:.2f} m")
-            changed = there == np.isnan(self._before.people_position[:, 0])
+            changed = there != ~np.isnan(self._before.people_position[:, 0])
             for i in np.flatnonzero(changed).tolist() if changed.any() else ():
                 yield Event("info", "people", f"person{i} {'enters' if there[i] else 'leaves'}")
 

@@ -7,6 +7,7 @@ computed by replaying the schedule with the time taken off.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,20 +50,20 @@ def compute_ms(timing: NDArray[np.int64]) -> dict[str, dict[str, float | None]]:
     """
     phases = timing[:, 1 : 1 + len(PHASES)] * 1e-6
     columns = np.column_stack([phases[:, [PHASES.index(name) for name in REPORTED]], phases.sum(-1)])
-    names, levels = (*REPORTED, "tick"), ("p50", "p99", "max")
-    if not len(columns):
-        return {name: dict.fromkeys(levels) for name in names}
-    found = np.concatenate([np.quantile(columns, (0.5, 0.99), axis=0), columns.max(axis=0, keepdims=True)])
-    return {name: dict(zip(levels, row, strict=True)) for name, row in zip(names, found.T.tolist(), strict=True)}
+    levels = quantiles(columns)  # of all at once, which takes a third of the time
+    return {
+        name: {level: None if found is None else found[i] for level, found in levels.items()}
+        for i, name in enumerate((*REPORTED, "tick"))
+    }
 
 
-def quantiles(values: NDArray[np.floating] | NDArray[np.integer], **more: float) -> dict[str, float | None]:
-    """p50, p99, `more` by name, and max of values (n,). None without values."""
+def quantiles(values: NDArray[np.floating] | NDArray[np.integer], **more: float) -> dict[str, Any]:
+    """p50, p99, `more` by name, and max of values (n,), or of (n, k) a list of k each. None without values."""
     levels = {"p50": 0.5, "p99": 0.99, **more}
-    if not values.size:
+    if not len(values):
         return dict.fromkeys((*levels, "max"))
-    found = np.quantile(values, list(levels.values())).tolist()
-    return {**dict(zip(levels, found, strict=True)), "max": float(values.max())}
+    found = np.quantile(values, list(levels.values()), axis=0).tolist()
+    return {**dict(zip(levels, found, strict=True)), "max": values.max(axis=0).astype(float).tolist()}
 
 
 # ----------------------------------------------------------------------------- schedule and verdict

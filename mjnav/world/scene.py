@@ -99,7 +99,10 @@ def compose(scenario: Scenario) -> mujoco.MjSpec:
 
 
 def compiled(scenario: Scenario) -> mujoco.MjModel:
-    """The same without what only pictures need, which costs a tenth of each step; nobody may write to it."""
+    """The scenario's model, compiled, without what only pictures need, which costs a tenth of each step.
+
+    Scenarios with the same bodies share it: nobody may write to it.
+    """
     return _compiled(SceneBodies.of(scenario))
 
 

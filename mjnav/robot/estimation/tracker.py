@@ -47,8 +47,8 @@ class FilteringTracker(PeopleTracker):
     def update(self, reading: Reading, robot: RobotBelief | None = None) -> tuple[Track, ...]:
         """One track for each person who is there, after one more reading."""
         tracked, arrived = self._detected(reading), "detections" not in reading.dropped
-        recovered, absent = [False] * len(self._names), np.isnan(reading.detections)
-        detections = np.where(absent, 0.0, reading.detections)
+        recovered = [False] * len(self._names)
+        detections = np.where(np.isnan(reading.detections), 0.0, reading.detections)
         for p, (person, measured) in enumerate(zip(self._filters, detections, strict=True)):
             goes_on = self._started and p in self._tracked  # the track of who was away begins anew
             if goes_on and p in tracked:

@@ -256,10 +256,10 @@ def _memory() -> Mapping[str, str]:
     tick of `hall` takes a sixteenth less so, and a seventh where one worker runs alone.
     """
     try:
-        never = "[never]" in HUGE_PAGES.read_text()
+        modes = HUGE_PAGES.read_text()
     except OSError:
-        never = True
-    if never:
+        return {}
+    if "[never]" in modes:
         return {}
     tunables = ":".join(filter(None, (os.environ.get("GLIBC_TUNABLES"), "glibc.malloc.hugetlb=1")))
     return {"GLIBC_TUNABLES": tunables, "PYTHONMALLOC": os.environ.get("PYTHONMALLOC", "malloc")}
